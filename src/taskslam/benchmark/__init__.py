@@ -1,0 +1,1 @@
+"""The closed loop and the protocol around it."""

@@ -1,0 +1,118 @@
+"""What sensors say. Values only: frozen, stamped in integer nanoseconds of simulated (or recorded) time.
+
+A measurement never says who made it, and never carries a true pose, except `TruePose`, which only a method whose
+card says `reference` is ever given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from taskslam.geometry import SE2
+
+NANOSECONDS = 1_000_000_000
+
+
+class Sensor(StrEnum):
+    """The kinds of measurement that a method can ask for on its card."""
+
+    LASER_SCAN = "laser_scan"
+    POINT_CLOUD = "point_cloud"
+    STEREO_IMAGES = "stereo_images"
+    IMU = "imu"
+    WHEEL_ODOMETRY = "wheel_odometry"
+    TRUE_POSE = "true_pose"
+
+
+@dataclass(frozen=True, slots=True)
+class LaserScan:
+    """One turn of a planar LiDAR, in the laser frame (x forward, counter-clockwise).
+
+    ranges: (N,) float32 metres; +inf where nothing was hit within range. Ray i points along
+    `angle_min + i * angle_increment`. stamp: time of ray 0; ray i was taken `i * time_increment` ns later
+    (0 for an instant scan).
+    """
+
+    sensor: ClassVar[Sensor] = Sensor.LASER_SCAN
+    stamp: int
+    ranges: npt.NDArray[np.float32]
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    time_increment: int = 0
+
+    def angles(self) -> npt.NDArray[np.float64]:
+        """(N,) ray directions in radians."""
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+
+
+@dataclass(frozen=True, slots=True)
+class PointCloud:
+    """One turn of a 3D LiDAR, in the LiDAR frame.
+
+    points: (N, 3) float32 metres; ring: (N,) uint16; time_offset: (N,) int32 ns after stamp.
+    """
+
+    sensor: ClassVar[Sensor] = Sensor.POINT_CLOUD
+    stamp: int
+    points: npt.NDArray[np.float32]
+    ring: npt.NDArray[np.uint16]
+    time_offset: npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class StereoImages:
+    """A rectified pair with exactly equal stamps. left, right: (H, W) or (H, W, 3) uint8."""
+
+    sensor: ClassVar[Sensor] = Sensor.STEREO_IMAGES
+    stamp: int
+    left: npt.NDArray[np.uint8]
+    right: npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSamples:
+    """Inertial samples since the last measurement, in the IMU frame.
+
+    stamps: (K,) int64 ns; angular_velocity: (K, 3) rad/s; linear_acceleration: (K, 3) m/s^2 with gravity
+    (at rest +9.8 on z). stamp: the newest sample's.
+    """
+
+    sensor: ClassVar[Sensor] = Sensor.IMU
+    stamp: int
+    stamps: npt.NDArray[np.int64]
+    angular_velocity: npt.NDArray[np.float64]
+    linear_acceleration: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class WheelOdometry:
+    """Pose of the base in the drifting `odom` frame, and body velocities (m/s, rad/s)."""
+
+    sensor: ClassVar[Sensor] = Sensor.WHEEL_ODOMETRY
+    stamp: int
+    T_odom_base: SE2
+    linear: float
+    angular: float
+
+
+@dataclass(frozen=True, slots=True)
+class TruePose:
+    """The true pose of the base in the frame in which it started. Only for methods of kind `reference`."""
+
+    sensor: ClassVar[Sensor] = Sensor.TRUE_POSE
+    stamp: int
+    T_start_base: SE2
+
+
+Measurement: TypeAlias = LaserScan | PointCloud | StereoImages | ImuSamples | WheelOdometry | TruePose
+
+MEASUREMENT_TYPES: dict[Sensor, type[Measurement]] = {
+    kind.sensor: kind for kind in (LaserScan, PointCloud, StereoImages, ImuSamples, WheelOdometry, TruePose)
+}

@@ -1,0 +1,1 @@
+"""One fixed navigation stack for every SLAM method (protocol section 3)."""

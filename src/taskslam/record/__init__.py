@@ -1,0 +1,1 @@
+"""What a run leaves behind: events, journal, run directory, trajectories."""

@@ -1,0 +1,151 @@
+"""`Robot`: drive limits, footprint and sensor rig, validated by pydantic and read from YAML presets.
+
+Mounts are poses of the sensor in `base` (REP-105 base_link projected to the floor: x forward, y left, z up,
+origin on the floor between the wheels). Every number's source stands beside it in the preset.
+"""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from taskslam.errors import RobotError, did_you_mean
+from taskslam.geometry import FloatArray, pose_from_xyz_rpy
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Vector3 = tuple[float, float, float]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Mount(_Part):
+    """Where a sensor sits: pose of the sensor frame in `base`."""
+
+    xyz: Vector3
+    rpy: Vector3 = (0.0, 0.0, 0.0)
+
+    def matrix(self) -> FloatArray:
+        """(4, 4) `T_base_sensor`."""
+        return pose_from_xyz_rpy(self.xyz, self.rpy)
+
+
+class Drive(_Part):
+    """Differential drive: what the base does with a velocity command (m/s, rad/s, m/s^2, rad/s^2, s)."""
+
+    max_linear: Positive
+    max_backward: NonNegative
+    max_angular: Positive
+    max_linear_acceleration: Positive
+    max_angular_acceleration: Positive
+    command_timeout: Positive
+
+
+class Footprint(_Part):
+    """A vertical cylinder: anything solid inside it between `ground_clearance` and `height` presses the bumper."""
+
+    radius: Positive
+    height: Positive
+    ground_clearance: NonNegative
+
+
+class Lidar2D(_Part):
+    """A planar LiDAR; ray i points along angle_min + i * (angle_max - angle_min) / (samples - 1)."""
+
+    mount: Mount
+    rate: Positive
+    samples: Annotated[int, Field(ge=2)]
+    angle_min: float
+    angle_max: float
+    range_min: NonNegative
+    range_max: Positive
+    resolution: NonNegative = 0.0
+    noise: NonNegative
+    rolling: bool = False
+
+    @property
+    def angle_increment(self) -> float:
+        """Angle between neighbouring rays, radians."""
+        return (self.angle_max - self.angle_min) / (self.samples - 1)
+
+    def angles(self) -> FloatArray:
+        """(samples,) ray directions in the laser frame, radians."""
+        return self.angle_min + self.angle_increment * np.arange(self.samples)
+
+
+class OdometryNoise(_Part):
+    """Gyro-integrated wheel odometry (protocol 4.6): encoders give distance, the gyro gives heading.
+
+    gyro_noise: standard deviation of one gyro sample at `gyro_rate`, rad/s; gyro_bias: standard deviation of the bias
+    that each run draws once, rad/s; scale: systematic relative distance error; slip: relative random distance error
+    per square root of a metre; rate: Hz of the published odometry.
+    """
+
+    rate: Positive
+    gyro_rate: Positive
+    gyro_noise: NonNegative
+    gyro_bias: NonNegative
+    scale: float = 0.0
+    slip: NonNegative = 0.0
+
+
+class SensorRig(_Part):
+    """Everything that a method may be told about the robot's sensors. Cameras, 3D LiDAR and IMU will join here."""
+
+    odometry: OdometryNoise
+    lidar_2d: Lidar2D | None = None
+
+
+class Robot(_Part):
+    """A robot as the simulator, the planner and the methods see it."""
+
+    name: str
+    drive: Drive
+    footprint: Footprint
+    rig: SensorRig
+
+
+def robot_presets() -> list[str]:
+    """Names of the robots that ship with the package."""
+    folder = resources.files("taskslam.robot") / "presets"
+    return sorted(Path(f.name).stem for f in folder.iterdir() if f.name.endswith(".yaml"))
+
+
+def load_robot(name: str | Path) -> Robot:
+    """A robot by preset name or from a YAML file.
+
+    Raises:
+        RobotError: no such preset or file, broken YAML, an unknown key or a value out of range; says which.
+    """
+    text, where = _read(name)
+    try:
+        raw = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise RobotError(f"{where}: not valid YAML: {error}") from error
+    try:
+        return Robot.model_validate(raw)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise RobotError(f"{where}: {key}: {first['msg']} (got {first['input']!r})") from error
+
+
+def _read(name: str | Path) -> tuple[str, str]:
+    path = Path(name)
+    if path.suffix in {".yaml", ".yml"}:
+        try:
+            return path.read_text(encoding="utf-8"), str(path)
+        except OSError as error:
+            raise RobotError(f"{path}: cannot read the robot file: {error.strerror}") from error
+    if str(name) not in robot_presets():
+        known = robot_presets()
+        hint = did_you_mean(str(name), known)
+        raise RobotError(f"robot '{name}' is not a preset ({', '.join(known)}) nor a YAML file.{hint}")
+    return (resources.files("taskslam.robot") / "presets" / f"{name}.yaml").read_text(encoding="utf-8"), f"robot {name}"

@@ -1,0 +1,1 @@
+"""What is to be driven: world, start, waypoints, robot, protocol."""

@@ -1,0 +1,1 @@
+"""Advances simulated time and yields measurements in stamp order."""
