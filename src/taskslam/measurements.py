@@ -34,8 +34,8 @@ class LaserScan:
     """One turn of a planar LiDAR, in the laser frame (x forward, counter-clockwise).
 
     ranges: (N,) float32 metres; +inf where nothing was hit within range. Ray i points along
-    `angle_min + i * angle_increment`. stamp: time of ray 0; ray i was taken `i * time_increment` ns later
-    (0 for an instant scan).
+    `angle_min + i * angle_increment`. stamp: time of the last ray, so that scans and odometry arrive in stamp order;
+    ray i was taken `(N - 1 - i) * time_increment` ns before it (0 for an instant scan).
     """
 
     sensor: ClassVar[Sensor] = Sensor.LASER_SCAN

@@ -1,0 +1,55 @@
+"""Wheel odometry as the Kobuki and its Gazebo plugin make it: encoders give distance, a gyro gives heading.
+
+Protocol 4.6. Drift is the gyro's white noise and its bias (one draw per run), a systematic distance scale, and slip.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from taskslam.geometry import SE2
+from taskslam.measurements import WheelOdometry
+from taskslam.robot import OdometryNoise
+from taskslam.simulation.drive import step_arc
+from taskslam.simulation.streams import stream
+
+
+class WheelOdometer:
+    """Integrates one gyro sample and one encoder increment per gyro period, from the true body motion."""
+
+    def __init__(self, noise: OdometryNoise, seed: int) -> None:
+        self._noise = noise
+        self._seed = seed
+        self._bias = noise.gyro_bias * float(stream(seed, "odometry/gyro_bias").standard_normal())
+        self.reset(0)
+
+    def reset(self, count: int) -> None:
+        """Zero the pose, as the Kobuki's reset command does; the gyro's bias stays, the noise gets fresh streams."""
+        self._gyro = stream(self._seed, "odometry/gyro_noise", count)
+        self._wheels = stream(self._seed, "odometry/slip", count)
+        self._gyro_noise = np.empty(0)
+        self._slip_noise = np.empty(0)
+        self._next = 0
+        self._x = self._y = self._theta = 0.0
+        self._linear = self._angular = 0.0
+
+    def integrate(self, distance: float, turned: float, dt: float) -> None:
+        """Take in the true distance (m) and rotation (rad) of the last dt seconds."""
+        if self._next == len(self._gyro_noise):
+            self._gyro_noise = self._gyro.standard_normal(1000)
+            self._slip_noise = self._wheels.standard_normal(1000)
+            self._next = 0
+        noise = self._noise
+        rate = turned / dt + self._bias + noise.gyro_noise * float(self._gyro_noise[self._next])
+        slip = noise.slip * math.sqrt(abs(distance)) * float(self._slip_noise[self._next])
+        self._next += 1
+        self._linear = (distance * (1.0 + noise.scale) + slip) / dt
+        self._angular = rate
+        self._x, self._y, self._theta = step_arc(self._x, self._y, self._theta, self._linear, rate, dt)
+
+    def read(self, stamp: int) -> WheelOdometry:
+        """The odometry message of this instant."""
+        theta = math.atan2(math.sin(self._theta), math.cos(self._theta))
+        return WheelOdometry(stamp, SE2(self._x, self._y, theta), self._linear, self._angular)
