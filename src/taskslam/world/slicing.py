@@ -27,6 +27,7 @@ def slab_polygons(mesh: TriangleMesh, low: float, high: float) -> tuple[FloatArr
 
     Raises:
         ValueError: `low` is not below `high`.
+
     """
     if not low < high:
         raise ValueError(f"a slab needs low < high, got low = {low} m and high = {high} m")
