@@ -1,1 +1,45 @@
 """What a run leaves behind: events, journal, run directory, trajectories."""
+
+from taskslam.record.events import (
+    Arrival,
+    Event,
+    GoalFailed,
+    GoalSkipped,
+    GoalStarted,
+    MethodNotice,
+    RoundEnded,
+    RoundStarted,
+    RunEnded,
+)
+from taskslam.record.manifest import GoalTolerance, Manifest, Units
+from taskslam.record.run_directory import (
+    PoseName,
+    RunRecord,
+    RunWriter,
+    find_partial_runs,
+    find_runs,
+    load_run,
+)
+from taskslam.record.trajectories import Trajectory
+
+__all__ = [
+    "Arrival",
+    "Event",
+    "GoalFailed",
+    "GoalSkipped",
+    "GoalStarted",
+    "GoalTolerance",
+    "Manifest",
+    "MethodNotice",
+    "PoseName",
+    "RoundEnded",
+    "RoundStarted",
+    "RunEnded",
+    "RunRecord",
+    "RunWriter",
+    "Trajectory",
+    "Units",
+    "find_partial_runs",
+    "find_runs",
+    "load_run",
+]

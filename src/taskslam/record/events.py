@@ -1,0 +1,237 @@
+"""The events of a run: what happened, when, and where the robot stood. One event is one line of the journal.
+
+A field name means the same in every event: `t` is integer nanoseconds of simulated time within the run, `round` counts
+from 0 over all rounds of the run (a priming round included), `goal` is the index into the sequence, from 0. All poses
+are in the frame `map`; a pose that is not known (the truth, on a real robot) is None. No event holds a wall-clock
+value: two runs with the same inputs must write the same bytes (design D2).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, TypeAlias
+
+from taskslam.errors import RecordError, did_you_mean
+from taskslam.geometry import SE2
+from taskslam.outcomes import Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class RoundStarted:
+    """A round begins. priming: this round only builds the map and never counts (protocol D0.3)."""
+
+    kind: ClassVar[str] = "round_started"
+    t: int
+    round: int
+    priming: bool
+
+
+@dataclass(frozen=True, slots=True)
+class GoalStarted:
+    """A goal was handed to navigation."""
+
+    kind: ClassVar[str] = "goal_started"
+    t: int
+    round: int
+    goal: int
+    target: SE2
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """The robot stands at a reached goal, at the end of the pause (protocol D0.5).
+
+    truth: where it is; estimate: where SLAM says it is; odometry: where wheel odometry alone would put it.
+    """
+
+    kind: ClassVar[str] = "arrival"
+    t: int
+    round: int
+    goal: int
+    target: SE2
+    truth: SE2 | None
+    estimate: SE2 | None
+    odometry: SE2 | None
+
+
+@dataclass(frozen=True, slots=True)
+class GoalFailed:
+    """A goal was not reached. outcome names the reason, detail says it in a sentence; poses as in `Arrival`."""
+
+    kind: ClassVar[str] = "goal_failed"
+    t: int
+    round: int
+    goal: int
+    target: SE2
+    outcome: Outcome
+    detail: str
+    truth: SE2 | None
+    estimate: SE2 | None
+    odometry: SE2 | None
+
+
+@dataclass(frozen=True, slots=True)
+class GoalSkipped:
+    """A goal was never tried, because an earlier goal of the round had failed."""
+
+    kind: ClassVar[str] = "goal_skipped"
+    t: int
+    round: int
+    goal: int
+
+
+@dataclass(frozen=True, slots=True)
+class RoundEnded:
+    """A round is over: `reached` if it ran to its last goal. frames: sensor frames offered to the method."""
+
+    kind: ClassVar[str] = "round_ended"
+    t: int
+    round: int
+    outcome: Outcome
+    frames: int
+    dropped_frames: int
+
+
+@dataclass(frozen=True, slots=True)
+class MethodNotice:
+    """Something that the method's host wants remembered, such as a restart."""
+
+    kind: ClassVar[str] = "method_notice"
+    t: int
+    round: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnded:
+    """The last event. complete: every round was driven, whether or not its goals were reached."""
+
+    kind: ClassVar[str] = "run_ended"
+    t: int
+    complete: bool
+
+
+Event: TypeAlias = (
+    RoundStarted | GoalStarted | Arrival | GoalFailed | GoalSkipped | RoundEnded | MethodNotice | RunEnded
+)
+
+EVENT_TYPES: dict[str, type[Event]] = {
+    cls.kind: cls
+    for cls in (RoundStarted, GoalStarted, Arrival, GoalFailed, GoalSkipped, RoundEnded, MethodNotice, RunEnded)
+}
+
+
+def encode_event(event: Event) -> str:
+    """One line of JSON without the line end: sorted keys, floats by repr, so that they come back bit for bit.
+
+    Raises RecordError if a field has the wrong type or holds NaN or infinity.
+    """
+    record: dict[str, Any] = {"event": event.kind}
+    for field in fields(event):
+        try:
+            record[field.name] = _ENCODERS[field.name](getattr(event, field.name))
+        except (TypeError, ValueError, AttributeError) as error:
+            raise RecordError(f"event {event.kind}: field '{field.name}': {error}") from None
+    return json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+
+
+def decode_event(line: str) -> Event:
+    """The event that `encode_event` wrote. Raises RecordError saying what was expected."""
+    try:
+        record = json.loads(line, parse_constant=_no_constant)
+    except ValueError as error:
+        raise RecordError(f"expected one JSON object, but {error}") from None
+    except RecursionError:
+        raise RecordError("expected one JSON object, found one nested too deeply") from None
+    if not isinstance(record, dict):
+        raise RecordError(f"expected one JSON object, found {type(record).__name__}")
+    kind = record.pop("event", None)
+    if not isinstance(kind, str) or kind not in EVENT_TYPES:
+        hint = did_you_mean(str(kind), EVENT_TYPES)
+        raise RecordError(f"unknown event {kind!r}; expected one of {', '.join(EVENT_TYPES)}.{hint}")
+    cls = EVENT_TYPES[kind]
+    names = {field.name for field in fields(cls)}
+    if record.keys() != names:
+        raise RecordError(f"event {kind}: expected the fields {sorted(names)}, found {sorted(record)}")
+    values = {}
+    for name, value in record.items():
+        try:
+            values[name] = _DECODERS[name](value)
+        except (TypeError, ValueError) as error:
+            raise RecordError(f"event {kind}: field '{name}': {error}") from None
+    return cls(**values)
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number that a journal may hold")
+
+
+def _flag(value: object) -> bool:
+    if type(value).__name__ not in ("bool", "bool_"):
+        raise TypeError(f"expected true or false, found {value!r}")
+    return bool(value)
+
+
+def _count(value: object) -> int:
+    if isinstance(value, bool):
+        raise TypeError(f"expected an integer, found {value!r}")
+    number = operator.index(value)  # type: ignore[arg-type]  # raises TypeError for floats and strings
+    if number < 0:
+        raise ValueError(f"expected an integer that is not negative, found {number}")
+    return number
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"expected a string, found {value!r}")
+    # A lone surrogate (undecodable bytes of a guest's output) cannot be written as UTF-8.
+    return value.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _outcome(value: object) -> str:
+    return Outcome(str(value)).value
+
+
+def _pose(pose: SE2) -> list[float]:
+    if not pose.is_finite():
+        raise ValueError(f"expected a finite pose, found {pose}")
+    return [float(pose.x), float(pose.y), float(pose.theta)]
+
+
+def _optional_pose(pose: SE2 | None) -> list[float] | None:
+    return None if pose is None else _pose(pose)
+
+
+def _read_pose(value: object) -> SE2:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(f"expected [x, y, theta], found {value!r}")
+    for number in value:
+        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+            raise ValueError(f"expected three finite numbers, found {value!r}")
+    return SE2(*(float(number) for number in value))
+
+
+def _read_optional_pose(value: object) -> SE2 | None:
+    return None if value is None else _read_pose(value)
+
+
+_POSES = ("truth", "estimate", "odometry")
+_COUNTS = ("t", "round", "goal", "frames", "dropped_frames")
+_ENCODERS: dict[str, Callable[[Any], Any]] = {
+    **dict.fromkeys(_COUNTS, _count),
+    **dict.fromkeys(("priming", "complete"), _flag),
+    **dict.fromkeys(("detail", "text"), _text),
+    **dict.fromkeys(_POSES, _optional_pose),
+    "target": _pose,
+    "outcome": _outcome,
+}
+_DECODERS: dict[str, Callable[[Any], Any]] = {
+    **_ENCODERS,
+    **dict.fromkeys(_POSES, _read_optional_pose),
+    "target": _read_pose,
+    "outcome": Outcome,
+}

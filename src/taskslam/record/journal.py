@@ -1,0 +1,97 @@
+"""The append-only journal: one event a line, written through at once, so that a kill loses at most the last line."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+from taskslam.errors import RecordError
+from taskslam.record.events import Event, decode_event, encode_event
+from taskslam.record.files import writing
+
+
+class JournalWriter:
+    """Appends events to a new file; each line reaches the operating system before `write` returns."""
+
+    def __init__(self, path: Path) -> None:
+        """Create the journal. Raises DiskFullError if the folder cannot be written."""
+        self.path = path
+        with writing(path):
+            self._file = path.open("xb", buffering=0)
+        self._length = 0
+
+    def write(self, event: Event) -> None:
+        """Append one event. Raises RecordError for a non-finite value, DiskFullError if it cannot be written."""
+        data = (encode_event(event) + "\n").encode("utf-8")
+        with writing(self.path):
+            try:
+                _write_all(self._file.fileno(), data)
+            except OSError:
+                # Half a line must not stay: the next event, if there is room again, would be glued to it.
+                os.ftruncate(self._file.fileno(), self._length)
+                os.lseek(self._file.fileno(), self._length, os.SEEK_SET)
+                raise
+        self._length += len(data)
+
+    def close(self) -> None:
+        """Flush to the disk and close. Closing twice is harmless."""
+        if self._file.closed:
+            return
+        with writing(self.path):
+            try:
+                os.fsync(self._file.fileno())
+            finally:
+                self._file.close()
+
+    def fileno(self) -> int:
+        """The open file's descriptor, for locking."""
+        return self._file.fileno()
+
+    def __enter__(self) -> JournalWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
+        self.close()
+
+
+@dataclass(frozen=True)
+class Journal:
+    """What a journal holds. truncated: its last line was cut off (the run was killed) and is left out."""
+
+    events: tuple[Event, ...]
+    truncated: bool = False
+
+
+def read_journal(path: Path) -> Journal:
+    """Read a journal. Raises RecordError naming file and line for anything but a cut-off last line."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise RecordError(f"{path}: the journal cannot be read: {error.strerror}") from None
+    events: list[Event] = []
+    for number, line, whole in _lines(data):
+        try:
+            events.append(decode_event(line.decode("utf-8")))
+        except (RecordError, UnicodeDecodeError) as error:
+            if not whole:
+                return Journal(tuple(events), truncated=True)
+            raise RecordError(f"{path}, line {number}: {error}") from None
+    return Journal(tuple(events))
+
+
+def _lines(data: bytes) -> Iterator[tuple[int, bytes, bool]]:
+    """Line number from 1, content, and whether the line end is there."""
+    lines = data.split(b"\n")
+    for number, line in enumerate(lines[:-1], start=1):
+        yield number, line, True
+    if lines[-1]:
+        yield len(lines), lines[-1], False
+
+
+def _write_all(descriptor: int, data: bytes) -> None:
+    view = memoryview(data)
+    while view:
+        view = view[os.write(descriptor, view) :]
