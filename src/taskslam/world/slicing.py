@@ -5,15 +5,76 @@ The bumper and the sliced floor plan use the same polygons, so that a plan says 
 
 from __future__ import annotations
 
+import math
+from typing import Literal
+
 import numpy as np
 import numpy.typing as npt
 from numba import njit
+from scipy import ndimage
 
-from taskslam.geometry import FloatArray
-from taskslam.world.world import TriangleMesh
+from taskslam.errors import FloorPlanError
+from taskslam.geometry import SE2, FloatArray
+from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
+from taskslam.world.world import TriangleMesh, World
 
+_MOST_CELLS = 100_000_000
+_MARGIN = 2  # cells around the outermost obstacle
 _MOST_CORNERS = 5  # a triangle cut by two parallel planes
 _FLAT = 1e-6  # m; a projection thinner than float32 resolution at 10 m is a segment
+
+
+def slice_floor_plan(
+    world: World,
+    low: float,
+    high: float,
+    resolution: float = 0.05,
+    seed_point: tuple[float, float] | None = None,
+    geometry: Literal["collision", "visual"] = "collision",
+) -> FloorPlan:
+    """Draw the floor plan of everything in `world` with low < z < high (m above the world's origin).
+
+    A cell is OCCUPIED when any surface in the slab touches it, and else FREE. With `seed_point` (x, y in metres, for
+    example the start pose) only cells connected to it (4-neighbours) are FREE; the rest is UNKNOWN: the inside of
+    solid things, and what lies outside the building. The grid is aligned with the world's axes and its origin is a
+    multiple of `resolution`, so that plans of the same world share cell borders.
+
+    Raises:
+        FloorPlanError: nothing lies in the slab, the plan would be unreasonably large, or the seed point is outside
+            the plan or occupied.
+        ValueError: `low` is not below `high`, or `resolution` is not positive.
+
+    """
+    if not resolution > 0:
+        raise ValueError(f"resolution is {resolution}, expected metres per cell above 0")
+    mesh = world.collision if geometry == "collision" else world.visual
+    points, offsets = slab_polygons(mesh, low, high)
+    if len(points) == 0:
+        raise FloorPlanError(f"world {world.name}: no {geometry} geometry between {low} m and {high} m above the floor")
+    first = np.floor(points.min(axis=0) / resolution).astype(np.int64) - _MARGIN
+    last = np.floor(points.max(axis=0) / resolution).astype(np.int64) + _MARGIN
+    columns, rows = (last - first + 1).tolist()
+    if rows * columns > _MOST_CELLS:
+        raise FloorPlanError(
+            f"world {world.name}: a floor plan of {columns} x {rows} cells of {resolution} m is too large;"
+            f" choose a coarser resolution or a slab above the ground"
+        )
+    occupied = np.zeros((rows, columns), np.bool_)
+    _rasterize(points / resolution - first, offsets, occupied)
+    origin = SE2(float(first[0] * resolution), float(first[1] * resolution), 0.0)
+    plan = FloorPlan(np.where(occupied, OCCUPIED, FREE).astype(np.uint8), resolution, origin)
+    return plan if seed_point is None else _keep_connected(plan, seed_point, world.name)
+
+
+def _keep_connected(plan: FloorPlan, seed_point: tuple[float, float], name: str) -> FloorPlan:
+    x, y = seed_point
+    if plan.at(x, y) != FREE:
+        what = "occupied" if plan.at(x, y) == OCCUPIED else "outside the plan"
+        raise FloorPlanError(f"world {name}: the seed point ({x}, {y}) is {what}, expected free floor")
+    regions, _ = ndimage.label(plan.cells == FREE)
+    row, column = plan.cells_of(np.array([seed_point]))[0]
+    hidden = (plan.cells == FREE) & (regions != regions[row, column])
+    return FloorPlan(np.where(hidden, np.uint8(UNKNOWN), plan.cells), plan.resolution, plan.origin)
 
 
 def slab_polygons(mesh: TriangleMesh, low: float, high: float) -> tuple[FloatArray, npt.NDArray[np.int64]]:
@@ -115,3 +176,38 @@ def _project(polygon: FloatArray, n: int, points: FloatArray, start: int) -> int
         k = i if area > 0.0 else n - 1 - i
         points[start + i, 0], points[start + i, 1] = polygon[k, 0], polygon[k, 1]
     return n
+
+
+@njit(cache=True)
+def _rasterize(points: FloatArray, offsets: npt.NDArray[np.int64], cells: npt.NDArray[np.bool_]) -> None:
+    """Mark every cell that a convex polygon (corners in cell units) touches.
+
+    Within one row of cells a convex polygon spans the x interval between the outermost points of its edges there.
+    """
+    rows = cells.shape[0]
+    left = np.empty(rows)
+    right = np.empty(rows)
+    for polygon in range(offsets.shape[0] - 1):
+        start, end = offsets[polygon], offsets[polygon + 1]
+        bottom, top = points[start, 1], points[start, 1]
+        for i in range(start + 1, end):
+            bottom = min(bottom, points[i, 1])
+            top = max(top, points[i, 1])
+        first, last = math.floor(bottom), math.floor(top)
+        left[first : last + 1] = np.inf
+        right[first : last + 1] = -np.inf
+        for i in range(start, end):
+            j = i + 1 if i + 1 < end else start
+            x0, y0, x1, y1 = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
+            if y0 > y1:
+                x0, y0, x1, y1 = x1, y1, x0, y0
+            for row in range(math.floor(y0), math.floor(y1) + 1):
+                xa, xb = x0, x1
+                if y0 < row:
+                    xa = x0 + (row - y0) / (y1 - y0) * (x1 - x0)
+                if y1 > row + 1:
+                    xb = x0 + (row + 1 - y0) / (y1 - y0) * (x1 - x0)
+                left[row] = min(left[row], xa, xb)
+                right[row] = max(right[row], xa, xb)
+        for row in range(first, last + 1):
+            cells[row, math.floor(left[row]) : math.floor(right[row]) + 1] = True
