@@ -1,0 +1,194 @@
+"""One run = (scenario, method, mode, seed): set up, drive the tour, leave a run directory that is whole or absent."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform as host_platform
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from taskslam import __version__
+from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.protocol import Mode, Tour, drive_tour
+from taskslam.benchmark.stage import Stage
+from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
+from taskslam.measurements import NANOSECONDS
+from taskslam.navigation.navigator import Navigator
+from taskslam.navigation.settings import NavigationSettings
+from taskslam.outcomes import Outcome
+from taskslam.record.manifest import Manifest, Units
+from taskslam.record.run_directory import RunWriter, load_run
+from taskslam.simulation.simulator import Simulator
+from taskslam.slam.host import Limits, MethodHost
+from taskslam.slam.latency import LatencyModel
+from taskslam.slam.registry import load_method
+from taskslam.world.map_server import save_floor_plan
+
+_RETRIES = 2  # infrastructure failures are retried and never counted against a method (design D6)
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """What to run. options: the method's own; latency: how its estimates are delayed."""
+
+    method: str
+    mode: Mode
+    seed: int = 0
+    options: Mapping[str, Any] = field(default_factory=dict)
+    latency: LatencyModel = field(default_factory=lambda: LatencyModel("fixed"))
+    limits: Limits = field(default_factory=Limits)
+
+
+def run_directory(out: Path, stage: Stage, request: RunRequest) -> Path:
+    """Where a run's results stand: OUT/scenario/method/mode/seedN."""
+    method = request.method.replace(":", "_").replace("/", "_")
+    return out / stage.scenario.name / method / request.mode / f"seed{request.seed}"
+
+
+def run(
+    stage: Stage, request: RunRequest, out: Path, observer: Observer | None = None, overwrite: bool = False
+) -> tuple[Path, Outcome]:
+    """Drive one run; its directory, and `reached` if every goal of every round was, else how the last failure is named.
+
+    A finished run of the very same configuration is kept and not driven again.
+
+    Raises:
+        UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
+        InfrastructureError: after retries; what was measured stays in the partial folder that the message names.
+    """
+    observer = observer or Observer()
+    load_method(request.method)
+    directory = run_directory(out, stage, request)
+    if (directory / "run.json").exists() and not overwrite:
+        return directory, _kept(stage, request, directory, observer)
+    for attempt in range(_RETRIES + 1):
+        try:
+            return directory, _attempt(stage, request, directory, observer, overwrite)
+        except (HostFailedError, SimulatorFailedError) as failure:
+            if attempt == _RETRIES:
+                raise
+            observer.notice(f"infrastructure failed, trying again: {failure}")
+    raise AssertionError("unreachable: the last attempt returns or raises")
+
+
+def _kept(stage: Stage, request: RunRequest, directory: Path, observer: Observer) -> Outcome:
+    """The outcome of the finished run at `directory`, if it is the run that is asked for."""
+    manifest = load_run(directory).manifest
+    asked = (_hash(stage), dict(request.options), request.latency.describe())
+    if (manifest.scenario_hash, manifest.method_options, manifest.latency) != asked:
+        raise RecordError(
+            f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
+        )
+    observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
+    return manifest.outcome
+
+
+def _hash(stage: Stage) -> str:
+    canonical = json.dumps(stage.scenario.model_dump(mode="json"), sort_keys=True)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Observer, overwrite: bool) -> Outcome:
+    scenario = stage.scenario
+    started, wall = datetime.now(UTC), time.perf_counter()
+    observer.stage("building the simulator")
+    simulator = _simulator(stage, request.seed)
+    settings = NavigationSettings()
+    if scenario.protocol.goal_timeout is not None:
+        settings = settings.model_copy(update={"goal_timeout": scenario.protocol.goal_timeout})
+    navigator = Navigator(stage.plan, stage.robot, settings)
+    with RunWriter(directory, replace=overwrite) as record:
+        save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
+
+        def new_method(round_number: int) -> MethodHost:
+            log = record.method_log
+            return MethodHost(
+                request.method, {**request.options}, stage.robot.rig, log, request.latency, request.limits
+            )
+
+        tour = Tour(scenario, simulator, navigator, new_method, record, observer)
+        outcome = drive_tour(tour, request.mode)
+        record.finish(
+            _manifest(stage, request, tour, outcome, simulator.now, time.perf_counter() - wall, started.isoformat())
+        )
+    return outcome
+
+
+def _simulator(stage: Stage, seed: int) -> Simulator:
+    try:
+        simulator = Simulator(stage.world, stage.robot, seed, stage.scenario.world.lidar_geometry)
+    except TaskSlamError:
+        raise
+    except Exception as error:
+        raise SimulatorFailedError(f"the simulator could not be built: {type(error).__name__}: {error}") from error
+    start = stage.scenario.start.pose
+    if simulator.touches(start):
+        raise ScenarioError(
+            f"scenario {stage.scenario.name}: at the start ({start.x:g}, {start.y:g}) the robot touches the world's"
+            " collision geometry; expected free floor"
+        )
+    return simulator
+
+
+def _manifest(
+    stage: Stage, request: RunRequest, tour: Tour, outcome: Outcome, now: int, wall_s: float, started: str
+) -> Manifest:
+    scenario = stage.scenario.model_dump(mode="json")
+    card = asdict(load_method(request.method).card)
+    return Manifest(
+        scenario_name=stage.scenario.name,
+        scenario=scenario,
+        scenario_hash=_hash(stage),
+        goals=tuple((goal.x, goal.y, goal.theta) for goal in stage.scenario.sequence.goals),
+        method=request.method,
+        method_card=json.loads(json.dumps(card, default=str)),
+        method_options=dict(request.options),
+        mode=request.mode.value,
+        seed=request.seed,
+        rounds=stage.scenario.protocol.rounds,
+        latency=request.latency.describe(),
+        units=Units(
+            diameter_m=stage.scenario.units.robot_diameter, field_of_view_deg=stage.scenario.units.field_of_view
+        ),
+        versions=versions(),
+        machine=machine(),
+        simulated_s=now / NANOSECONDS,
+        wall_s=wall_s,
+        started_utc=started,
+        outcome=outcome,
+        failure=None if outcome is Outcome.REACHED else tour.last_failure,
+        compute_s=tour.compute_s,
+    )
+
+
+def versions() -> dict[str, str]:
+    """Versions of this package and of what its numbers rest on."""
+    found = {"taskslam": __version__, "python": host_platform.python_version()}
+    for name in ("numpy", "scipy", "numba", "embreex", "gtsam", "trimesh"):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "absent"
+    return found
+
+
+def machine() -> dict[str, str]:
+    """What the run was made on; enough to read a wall time, nothing that names a person."""
+    return {"system": host_platform.system(), "processor": _processor(), "cores": str(os.cpu_count())}
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return host_platform.processor() or host_platform.machine()

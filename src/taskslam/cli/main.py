@@ -1,0 +1,54 @@
+"""The `taskslam` command. Verbs import what is heavy when they run, so that `--help` is instant."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from taskslam import __version__
+from taskslam.cli import doctor, evaluate, methods, report, run, worlds
+from taskslam.errors import TaskSlamError
+
+app = typer.Typer(
+    name="taskslam",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    help="Put SLAM inside the navigation loop: did the robot arrive, and how closely do its arrivals agree?",
+)
+app.command("demo")(run.demo)
+app.command("run")(run.run)
+app.command("evaluate")(evaluate.evaluate)
+app.command("report")(report.report)
+app.add_typer(worlds.app, name="worlds")
+app.add_typer(methods.app, name="methods")
+app.command("doctor")(doctor.doctor)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"taskslam {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Print the version."),
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Entry point: a known error becomes one sentence and its exit status; anything else shows its trace."""
+    try:
+        app()
+    except TaskSlamError as error:
+        typer.echo(f"taskslam: {error}", err=True)
+        for note in getattr(error, "__notes__", ()):
+            typer.echo(f"taskslam: {note}", err=True)
+        sys.exit(error.exit_status)
+    except KeyboardInterrupt:
+        typer.echo("taskslam: interrupted; finished runs are kept, start again to go on", err=True)
+        sys.exit(130)

@@ -1,0 +1,167 @@
+"""`taskslam run` and `taskslam demo`: drive tours, then say how repeatable, accurate and complete they were."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from taskslam.benchmark.protocol import Mode
+    from taskslam.outcomes import Outcome
+
+
+class ModeChoice(StrEnum):
+    """Which modes to drive."""
+
+    WITHOUT_MAP = "without-map"
+    WITH_MAP = "with-map"
+    BOTH = "both"
+
+
+class LatencyChoice(StrEnum):
+    """How a method's estimates are delayed."""
+
+    FIXED = "fixed"
+    MEASURED = "measured"
+    ZERO = "zero"
+
+
+def run(
+    scenario: Annotated[str, typer.Argument(help="A shipped scenario (house, aws_small_house, ...) or a YAML file.")],
+    method: Annotated[list[str], typer.Option("--method", "-m", help="A registered SLAM method; may be repeated.")],
+    mode: Annotated[ModeChoice, typer.Option(help="Without map, with map, or both.")] = ModeChoice.BOTH,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the scenario's.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of every random source.")] = 0,
+    latency: Annotated[LatencyChoice, typer.Option(help="Of the method's estimates.")] = LatencyChoice.FIXED,
+    cpu_scale: Annotated[float, typer.Option(help="Times slower than this machine, for measured latency.")] = 1.0,
+    out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("results"),
+    world_path: Annotated[
+        list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Override a scenario key: protocol.pause=2; may be repeated.")
+    ] = None,
+    option: Annotated[
+        list[str] | None, typer.Option("--option", help="An option of the method: loop_closing=false.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option(help="Drive again what is finished already.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no tables.")] = False,
+) -> None:
+    """Drive a tour under a SLAM method and measure its repeatability.
+
+    Exit status: 0 every goal of every round was reached; 1 not all were; 2 wrong input; 3 infrastructure.
+
+    Examples:
+
+        taskslam run house --method karto
+
+        taskslam run aws_small_house -m karto -m wheel_odometry --rounds 5 --world-path ~/aws-robomaker-small-house-world
+
+        taskslam run my_tour.yaml -m karto --mode with-map --set protocol.pause=2 --latency measured --cpu-scale 4
+    """
+    from taskslam.benchmark.run import RunRequest
+    from taskslam.slam.latency import LatencyModel
+
+    overrides = list(set_ or [])
+    if rounds is not None:
+        overrides.append(f"protocol.rounds={rounds}")
+    options = _options(option or [])
+    requests = [
+        RunRequest(name, chosen, seed, options, LatencyModel(latency.value, cpu_scale))
+        for name in method
+        for chosen in _modes(mode)
+    ]
+    outcomes = _drive(scenario, overrides, requests, out, world_path or [], overwrite, quiet)
+    _conclude(out, quiet)
+    raise typer.Exit(1 if any(outcome.blames != "nobody" for outcome in outcomes) else 0)
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("demo"),
+    rounds: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 5,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no tables.")] = False,
+) -> None:
+    """The main job on the built-in house: Karto tours it in both modes, wheel odometry for comparison; ends in a report.
+
+    Example:
+
+        taskslam demo --out demo
+    """
+    from taskslam.benchmark.protocol import Mode
+    from taskslam.benchmark.run import RunRequest
+
+    requests = [
+        RunRequest("karto", Mode.WITHOUT_MAP),
+        RunRequest("karto", Mode.WITH_MAP),
+        RunRequest("wheel_odometry", Mode.WITHOUT_MAP),
+    ]
+    _drive("house", [f"protocol.rounds={rounds}"], requests, out, [], False, quiet)
+    _conclude(out, quiet)
+
+
+def _modes(choice: ModeChoice) -> list[Mode]:
+    from taskslam.benchmark.protocol import Mode
+
+    return list(Mode) if choice is ModeChoice.BOTH else [Mode(choice.value)]
+
+
+def _options(pairs: list[str]) -> dict[str, Any]:
+    import yaml
+
+    from taskslam.errors import InputError
+
+    options: dict[str, Any] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key:
+            raise InputError(f"--option {pair}: expected key=value")
+        try:
+            options[key] = yaml.safe_load(value)
+        except yaml.YAMLError as error:
+            raise InputError(f"--option {pair}: '{value}' is not a YAML value") from error
+    return options
+
+
+def _drive(
+    scenario: str,
+    overrides: list[str],
+    requests: list[Any],
+    out: Path,
+    world_paths: list[Path],
+    overwrite: bool,
+    quiet: bool,
+) -> list[Outcome]:
+    from taskslam.benchmark.run import run as drive
+    from taskslam.benchmark.stage import set_stage
+    from taskslam.cli.progress import progress
+    from taskslam.scenario import load_scenario
+    from taskslam.slam.registry import load_method
+
+    loaded = load_scenario(scenario, overrides)
+    for request in requests:
+        load_method(request.method)
+    outcomes = []
+    with progress(quiet) as observer:
+        stage = set_stage(loaded, world_paths, observer)
+        for warning in stage.world.warnings:
+            observer.notice(warning)
+        for request in requests:
+            observer.run_begins(f"{loaded.name} · {request.method} · {request.mode}")
+            _, outcome = drive(stage, request, out, observer, overwrite)
+            outcomes.append(outcome)
+    return outcomes
+
+
+def _conclude(out: Path, quiet: bool) -> None:
+    """Evaluate what stands in the folder, and write its report."""
+    from taskslam.cli.evaluate import evaluate
+    from taskslam.report import write_report
+
+    if not quiet:
+        evaluate(out)
+    page = write_report([out], out / "report.html")
+    if not quiet:
+        typer.echo(f"Report: {page}")
