@@ -41,9 +41,14 @@ def events():
 def manifest():
     return {
         "scenario_name": "synthetic",
-        "scenario": {"name": "synthetic"},
+        "scenario": {
+            "name": "synthetic",
+            "sequence": {
+                "waypoints": [{"x": float(n), "y": -2.0, "theta": 1.0} for n in range(4)],
+                "path": [0, 1, 3, 2],
+            },
+        },
         "scenario_hash": "0" * 64,
-        "goals": [[1.0, -2.0, 1.0], [0.0, 0.0, 0.0], [3.0, 0.0, -1.0]],
         "method": "karto",
         "method_card": {"name": "karto"},
         "mode": "without-map",
@@ -53,4 +58,5 @@ def manifest():
         "started_utc": "2030-01-01T00:00:00Z",
         "wall_s": 1.5,
         "simulated_s": 30.0,
+        "complete": False,
     }

@@ -41,7 +41,7 @@ def test_a_run_comes_back_whole(tmp_path, events, manifest):
     record = load_run(write_run(tmp_path / "results" / "a", events, manifest))
     assert list(record.events) == events
     assert record.manifest.method == "karto"
-    assert record.manifest.goals[0] == (1.0, -2.0, 1.0)
+    assert [goal.x for goal in record.manifest.goals] == [1.0, 3.0, 2.0]
     assert [start.round for start in record.rounds()] == [0]
     np.testing.assert_allclose(record.trajectory(0, "truth").poses, [[1.0, 2.0, 0.5], [1.1, 2.0, 0.5]])
     assert record.trajectory(0, "odometry").stamps.tolist() == [10]
@@ -131,6 +131,26 @@ def test_a_wrong_manifest_names_the_key(tmp_path, events, manifest):
     with pytest.raises(RecordError, match=r"run\.json: mode: .*'without-map' or 'with-map'"):
         write_run(tmp_path / "a", events, manifest | {"mode": "sideways"})
     assert not (tmp_path / "a").exists()
+
+
+@pytest.mark.parametrize(
+    ("sequence", "message"),
+    [
+        ({"waypoints": [], "path": None}, "sequence.waypoints"),
+        ({"waypoints": [{"x": 0, "y": 0, "theta": 0}], "path": [0]}, "holds no goal"),
+        ({"waypoints": [{"x": 0, "y": 0, "theta": 0}], "path": [0, 3]}, "names row 3 of 1 waypoints"),
+    ],
+)
+def test_a_scenario_without_goals_is_refused(tmp_path, events, manifest, sequence, message):
+    with pytest.raises(RecordError, match=message):
+        write_run(tmp_path / "a", events, manifest | {"scenario": {"sequence": sequence}})
+
+
+def test_the_units_come_from_the_scenario(tmp_path, events, manifest):
+    assert load_run(write_run(tmp_path / "a", events, manifest)).manifest.robot_diameter == 0.30
+    scenario = manifest["scenario"] | {"units": {"robot_diameter": 0.5, "field_of_view": 70.0}}
+    record = load_run(write_run(tmp_path / "b", events, manifest | {"scenario": scenario}))
+    assert (record.manifest.robot_diameter, record.manifest.field_of_view) == (0.5, 70.0)
 
 
 def test_a_pose_after_the_end_of_its_round_is_refused(tmp_path):

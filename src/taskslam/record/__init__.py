@@ -11,7 +11,7 @@ from taskslam.record.events import (
     RoundStarted,
     RunEnded,
 )
-from taskslam.record.manifest import GoalTolerance, Manifest, Units
+from taskslam.record.manifest import GoalTolerance, Manifest
 from taskslam.record.run_directory import (
     PoseName,
     RunRecord,
@@ -38,7 +38,6 @@ __all__ = [
     "RunRecord",
     "RunWriter",
     "Trajectory",
-    "Units",
     "find_partial_runs",
     "find_runs",
     "load_run",

@@ -76,7 +76,7 @@ class GoalFailed:
 
 @dataclass(frozen=True, slots=True)
 class GoalSkipped:
-    """A goal was never tried, because an earlier goal of the round had failed."""
+    """The round went on past a goal that had failed, as the scenario's `on_failure: skip` has it."""
 
     kind: ClassVar[str] = "goal_skipped"
     t: int
@@ -108,7 +108,7 @@ class MethodNotice:
 
 @dataclass(frozen=True, slots=True)
 class RunEnded:
-    """The last event. complete: every round was driven, whether or not its goals were reached."""
+    """The last event. complete: every goal of every round was reached."""
 
     kind: ClassVar[str] = "run_ended"
     t: int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ class JournalWriter:
         self.path = path
         with writing(path):
             self._file = path.open("xb", buffering=0)
+            # Marks the run as under way. The lock dies with the process, so a killed run blocks nobody.
+            fcntl.flock(self._file, fcntl.LOCK_EX)
         self._length = 0
 
     def write(self, event: Event) -> None:
@@ -44,11 +47,9 @@ class JournalWriter:
             try:
                 os.fsync(self._file.fileno())
             finally:
+                # Explicitly, because a forked child that outlives us shares the lock through its copy of the file.
+                fcntl.flock(self._file, fcntl.LOCK_UN)
                 self._file.close()
-
-    def fileno(self) -> int:
-        """The open file's descriptor, for locking."""
-        return self._file.fileno()
 
     def __enter__(self) -> JournalWriter:
         return self

@@ -4,48 +4,66 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from taskslam.outcomes import Outcome
+from taskslam.geometry import SE2
 
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
 
 
-class Units(BaseModel):
-    """What the task measures itself by: robot diameter D and camera field of view (protocol 5.5)."""
-
+class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    diameter_m: float = Field(default=0.30, gt=0)
-    field_of_view_deg: float = Field(default=80.0, gt=0)
 
-
-class GoalTolerance(BaseModel):
+class GoalTolerance(_Part):
     """Within which navigation calls a goal reached (protocol D0.9)."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     position_m: float = Field(default=0.20, gt=0)
     heading_rad: float = Field(default=0.25, gt=0)
 
 
-class Manifest(BaseModel):
+class _Loose(BaseModel):
+    """The few keys of the scenario that a reader of results needs; the rest is kept as it was."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+
+
+class _Waypoint(_Loose):
+    x: float
+    y: float
+    theta: float
+
+
+class _Sequence(_Loose):
+    waypoints: tuple[_Waypoint, ...] = Field(min_length=1)
+    path: tuple[int, ...] | None = None
+
+
+class _Units(_Loose):
+    robot_diameter: float = Field(default=0.30, gt=0)
+    field_of_view: float = Field(default=80.0, gt=0)
+
+
+class _Scenario(_Loose):
+    title: str = ""
+    start: _Waypoint | None = None
+    sequence: _Sequence
+    units: _Units = _Units()
+
+
+class Manifest(_Part):
     """The content of run.json.
 
-    scenario_name: short name; scenario: the whole configuration as used, and scenario_hash its content hash; goals:
-    every goal of the sequence in order, x, y in metres and theta in radians, frame `map`; rounds: those that count
-    (M), without the priming round; latency: fixed, measured or zero (design D3); outcome: `reached` if the run was
-    driven to its end, else what ended it, and failure says it in a sentence; simulated_s: simulated time of the whole
-    run, wall_s: what that took on this machine.
+    scenario: the whole configuration as used, and scenario_hash its content hash; rounds: those that count (M),
+    without the priming round; latency: fixed, measured or zero (design D3); complete: every goal of every round was
+    reached; failure: in a sentence, what ended the run early; simulated_s: simulated time of the whole run, wall_s:
+    what that took on this machine, compute_s: the method's own share of it.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     format: Literal["taskslam-run/1"] = RUN_FORMAT
     scenario_name: str
     scenario: dict[str, Any]
     scenario_hash: str
-    goals: tuple[tuple[float, float, float], ...] = Field(min_length=1)
     method: str
     method_card: dict[str, Any]
     method_options: dict[str, Any] = Field(default_factory=dict)
@@ -53,12 +71,54 @@ class Manifest(BaseModel):
     seed: int
     rounds: int = Field(ge=1)
     latency: str
-    units: Units = Units()
     goal_tolerance: GoalTolerance = GoalTolerance()
     versions: dict[str, str] = Field(default_factory=dict)
     machine: dict[str, Any] = Field(default_factory=dict)
     started_utc: str
     wall_s: float = Field(ge=0)
     simulated_s: float = Field(ge=0)
-    outcome: Outcome = Outcome.REACHED
+    compute_s: float = Field(default=0.0, ge=0)
+    complete: bool
     failure: str | None = None
+
+    @model_validator(mode="after")
+    def _scenario_holds_a_sequence(self) -> Manifest:
+        sequence = self._view.sequence
+        for row in sequence.path or ():
+            if not 0 <= row < len(sequence.waypoints):
+                raise ValueError(f"scenario.sequence.path names row {row} of {len(sequence.waypoints)} waypoints")
+        if not self.goals:
+            raise ValueError("scenario.sequence holds no goal")
+        return self
+
+    @property
+    def _view(self) -> _Scenario:
+        return _Scenario.model_validate(self.scenario)
+
+    @property
+    def goals(self) -> tuple[SE2, ...]:
+        """Every goal of the sequence in visiting order, in `map`; the first entry of a path is the start (1.1)."""
+        sequence = self._view.sequence
+        rows = range(len(sequence.waypoints)) if sequence.path is None else sequence.path[1:]
+        return tuple(SE2(at.x, at.y, at.theta) for at in (sequence.waypoints[row] for row in rows))
+
+    @property
+    def start(self) -> SE2 | None:
+        """Where the robot starts, in `map`."""
+        start = self._view.start
+        return None if start is None else SE2(start.x, start.y, start.theta)
+
+    @property
+    def title(self) -> str:
+        """The scenario's title, or its name."""
+        return self._view.title or self.scenario_name
+
+    @property
+    def robot_diameter(self) -> float:
+        """D in metres, the paper's unit of position (protocol 5.5)."""
+        return self._view.units.robot_diameter
+
+    @property
+    def field_of_view(self) -> float:
+        """FoV in degrees, the paper's unit of orientation (protocol 5.5)."""
+        return self._view.units.field_of_view

@@ -69,7 +69,6 @@ class RunWriter:
                 shutil.rmtree(self.folder)
             self.folder.mkdir()
         self._journal = JournalWriter(self.folder / JOURNAL)
-        fcntl.flock(self._journal.fileno(), fcntl.LOCK_EX)
 
     @property
     def method_log(self) -> Path:
@@ -194,7 +193,9 @@ def validate_manifest(content: object, path: Path) -> Manifest:
         # Through JSON mode, so that lists stand for tuples in a file and in a dict alike.
         return Manifest.model_validate(content)
     except ValidationError as error:
-        faults = "; ".join(f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors())
+        faults = "; ".join(
+            f"{'.'.join(map(str, fault['loc']))}: {' '.join(fault['msg'].split())}" for fault in error.errors()
+        )
         raise RecordError(f"{path}: {faults}") from None
 
 
