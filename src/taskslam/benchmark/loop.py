@@ -95,9 +95,7 @@ class ClosedLoop:
 
     def poses(self) -> Poses:
         """True, SLAM-based and odometry pose of this instant, in `map`."""
-        return Poses(
-            self.platform.true_pose(), self.localization.T_map_base(), self.start @ self.odometry.T_odom_base
-        )
+        return Poses(self.platform.true_pose(), self.localization.T_map_base(), self.start @ self.odometry.T_odom_base)
 
     def _sense(self, measurement: Measurement) -> None:
         if isinstance(measurement, WheelOdometry):

@@ -38,7 +38,7 @@ class Tour:
     scenario: Scenario
     platform: Platform
     navigator: Navigator
-    new_method: Callable[[int], MethodHost]
+    new_method: Callable[[], MethodHost]
     record: RunWriter
     observer: Observer
     last_failure: str | None = None
@@ -47,26 +47,25 @@ class Tour:
     dropped_frames: int = 0
 
 
-def drive_tour(tour: Tour, mode: Mode) -> Outcome:
-    """Drive all rounds; `reached` if every goal of every round was, else the last round's failure that was not."""
+def drive_tour(tour: Tour, mode: Mode) -> bool:
+    """Drive all rounds; whether every goal of every round was reached."""
     driver = _without_map if mode is Mode.WITHOUT_MAP else _with_map
-    outcome = driver(tour)
-    tour.record.event(RunEnded(tour.platform.now, outcome is Outcome.REACHED))
-    return outcome
+    complete = driver(tour)
+    tour.record.event(RunEnded(tour.platform.now, complete))
+    return complete
 
 
-def _without_map(tour: Tour) -> Outcome:
-    worst = Outcome.REACHED
+def _without_map(tour: Tour) -> bool:
+    complete = True
     rounds = tour.scenario.protocol.rounds
     for number in range(rounds):
         tour.observer.round_begins(number, rounds, priming=False)
         tour.record.event(RoundStarted(tour.platform.now, number, priming=False))
-        outcome = _guarded(tour, number, [(number, False)])
-        worst = outcome if outcome is not Outcome.REACHED else worst
-    return worst
+        complete = _guarded(tour, number, [(number, False)]) and complete
+    return complete
 
 
-def _with_map(tour: Tour) -> Outcome:
+def _with_map(tour: Tour) -> bool:
     rounds = tour.scenario.protocol.rounds
     numbers = [(number, number == 0) for number in range(rounds + 1)]
     tour.observer.round_begins(0, rounds + 1, priming=True)
@@ -74,13 +73,14 @@ def _with_map(tour: Tour) -> Outcome:
     return _guarded(tour, 0, numbers)
 
 
-def _guarded(tour: Tour, first: int, numbers: list[tuple[int, bool]]) -> Outcome:
+def _guarded(tour: Tour, first: int, numbers: list[tuple[int, bool]]) -> bool:
     """One SLAM lifetime over these rounds; a method that fails ends it, and its failure is recorded."""
-    state = _Lifetime(tour, tour.new_method(first), first)
+    state = _Lifetime(tour, tour.new_method(), first)
     try:
         return state.live(numbers)
     except MethodFailedError as failure:
-        return state.end_by(failure)
+        state.end_by(failure)
+        return False
     finally:
         state.method.stop()
         tour.compute_s += state.method.compute_s
@@ -97,8 +97,8 @@ class _Lifetime:
         self.goal: tuple[int, SE2] | None = None
         self.counted = (0, 0)
 
-    def live(self, numbers: list[tuple[int, bool]]) -> Outcome:
-        """Reset, start the method, drive the rounds one after the other."""
+    def live(self, numbers: list[tuple[int, bool]]) -> bool:
+        """Reset, start the method, drive the rounds one after the other; whether every goal was reached."""
         tour, start = self.tour, self.tour.scenario.start.pose
         tour.platform.reset(start)
         tour.navigator.reset()
@@ -107,7 +107,7 @@ class _Lifetime:
             tour.platform, self.method, tour.navigator, tour.record, start, numbers[0][0], tour.observer
         )
         self.loop.wait(max(tour.scenario.protocol.still_start, self.method.card.needs_still_start))
-        worst = Outcome.REACHED
+        complete = True
         for number, priming in numbers:
             if number != numbers[0][0]:
                 tour.observer.round_begins(number, len(numbers), priming)
@@ -116,10 +116,10 @@ class _Lifetime:
             outcome = self._round(self.loop)
             self._end_round(outcome)
             if outcome is not Outcome.REACHED:
-                worst = outcome
+                complete = False
                 if tour.scenario.protocol.on_failure is OnFailure.ABORT:
                     break
-        return worst
+        return complete
 
     def _round(self, loop: ClosedLoop) -> Outcome:
         protocol = self.tour.scenario.protocol
@@ -135,9 +135,7 @@ class _Lifetime:
                 loop.wait(protocol.pause)
                 at = loop.poses()
                 self.tour.record.event(
-                    Arrival(
-                        self.tour.platform.now, loop.round, index, target, at.truth, at.estimate, at.odometry
-                    )
+                    Arrival(self.tour.platform.now, loop.round, index, target, at.truth, at.estimate, at.odometry)
                 )
                 continue
             outcome = step.outcome or Outcome.NO_CONTROL
@@ -148,7 +146,7 @@ class _Lifetime:
                 break
         return outcome
 
-    def end_by(self, failure: MethodFailedError) -> Outcome:
+    def end_by(self, failure: MethodFailedError) -> None:
         """Record that the method itself ended this lifetime."""
         if self.loop is not None and self.goal is not None:
             self._failed(failure.outcome, failure.detail, self.loop.poses())
@@ -157,7 +155,6 @@ class _Lifetime:
             start = self.tour.scenario.start.pose
             self._failed(failure.outcome, failure.detail, Poses(self.tour.platform.true_pose(), start, start))
         self._end_round(failure.outcome)
-        return failure.outcome
 
     def _failed(self, outcome: Outcome, detail: str, at: Poses) -> None:
         tour = self.tour

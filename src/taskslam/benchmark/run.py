@@ -22,12 +22,11 @@ from taskslam.errors import HostFailedError, RecordError, ScenarioError, Simulat
 from taskslam.measurements import NANOSECONDS
 from taskslam.navigation.navigator import Navigator
 from taskslam.navigation.settings import NavigationSettings
-from taskslam.outcomes import Outcome
-from taskslam.record.manifest import Manifest, Units
+from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.host import Limits, MethodHost
-from taskslam.slam.latency import LatencyModel
+from taskslam.slam.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import load_method
 from taskslam.world.map_server import save_floor_plan
 
@@ -42,7 +41,7 @@ class RunRequest:
     mode: Mode
     seed: int = 0
     options: Mapping[str, Any] = field(default_factory=dict)
-    latency: LatencyModel = field(default_factory=lambda: LatencyModel("fixed"))
+    latency: LatencyModel = field(default_factory=LatencyModel)
     limits: Limits = field(default_factory=Limits)
 
 
@@ -54,14 +53,15 @@ def run_directory(out: Path, stage: Stage, request: RunRequest) -> Path:
 
 def run(
     stage: Stage, request: RunRequest, out: Path, observer: Observer | None = None, overwrite: bool = False
-) -> tuple[Path, Outcome]:
-    """Drive one run; its directory, and `reached` if every goal of every round was, else how the last failure is named.
+) -> tuple[Path, bool]:
+    """Drive one run; its directory, and whether every goal of every round was reached.
 
     A finished run of the very same configuration is kept and not driven again.
 
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
         InfrastructureError: after retries; what was measured stays in the partial folder that the message names.
+
     """
     observer = observer or Observer()
     load_method(request.method)
@@ -78,16 +78,16 @@ def run(
     raise AssertionError("unreachable: the last attempt returns or raises")
 
 
-def _kept(stage: Stage, request: RunRequest, directory: Path, observer: Observer) -> Outcome:
-    """The outcome of the finished run at `directory`, if it is the run that is asked for."""
+def _kept(stage: Stage, request: RunRequest, directory: Path, observer: Observer) -> bool:
+    """Whether all was reached in the finished run at `directory`, if it is the run that is asked for."""
     manifest = load_run(directory).manifest
-    asked = (_hash(stage), dict(request.options), request.latency.describe())
+    asked = (_hash(stage), dict(request.options), _latency(request.latency))
     if (manifest.scenario_hash, manifest.method_options, manifest.latency) != asked:
         raise RecordError(
             f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
         )
     observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
-    return manifest.outcome
+    return manifest.complete
 
 
 def _hash(stage: Stage) -> str:
@@ -95,7 +95,11 @@ def _hash(stage: Stage) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
-def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Observer, overwrite: bool) -> Outcome:
+def _latency(model: LatencyModel) -> str:
+    return f"measured x {model.cpu_scale:g}" if model.mode is LatencyMode.MEASURED else model.mode.value
+
+
+def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Observer, overwrite: bool) -> bool:
     scenario = stage.scenario
     started, wall = datetime.now(UTC), time.perf_counter()
     observer.stage("building the simulator")
@@ -107,18 +111,18 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
     with RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
-        def new_method(round_number: int) -> MethodHost:
+        def new_method() -> MethodHost:
             log = record.method_log
             return MethodHost(
                 request.method, {**request.options}, stage.robot.rig, log, request.latency, request.limits
             )
 
         tour = Tour(scenario, simulator, navigator, new_method, record, observer)
-        outcome = drive_tour(tour, request.mode)
+        complete = drive_tour(tour, request.mode)
         record.finish(
-            _manifest(stage, request, tour, outcome, simulator.now, time.perf_counter() - wall, started.isoformat())
+            _manifest(stage, request, tour, complete, simulator.now, time.perf_counter() - wall, started.isoformat())
         )
-    return outcome
+    return complete
 
 
 def _simulator(stage: Stage, seed: int) -> Simulator:
@@ -138,7 +142,7 @@ def _simulator(stage: Stage, seed: int) -> Simulator:
 
 
 def _manifest(
-    stage: Stage, request: RunRequest, tour: Tour, outcome: Outcome, now: int, wall_s: float, started: str
+    stage: Stage, request: RunRequest, tour: Tour, complete: bool, now: int, wall_s: float, started: str
 ) -> Manifest:
     scenario = stage.scenario.model_dump(mode="json")
     card = asdict(load_method(request.method).card)
@@ -146,24 +150,20 @@ def _manifest(
         scenario_name=stage.scenario.name,
         scenario=scenario,
         scenario_hash=_hash(stage),
-        goals=tuple((goal.x, goal.y, goal.theta) for goal in stage.scenario.sequence.goals),
         method=request.method,
         method_card=json.loads(json.dumps(card, default=str)),
         method_options=dict(request.options),
         mode=request.mode.value,
         seed=request.seed,
         rounds=stage.scenario.protocol.rounds,
-        latency=request.latency.describe(),
-        units=Units(
-            diameter_m=stage.scenario.units.robot_diameter, field_of_view_deg=stage.scenario.units.field_of_view
-        ),
+        latency=_latency(request.latency),
         versions=versions(),
         machine=machine(),
         simulated_s=now / NANOSECONDS,
         wall_s=wall_s,
         started_utc=started,
-        outcome=outcome,
-        failure=None if outcome is Outcome.REACHED else tour.last_failure,
+        complete=complete,
+        failure=tour.last_failure,
         compute_s=tour.compute_s,
     )
 

@@ -34,6 +34,7 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
 
     Raises:
         WorldError, FloorPlanError, RobotError, ScenarioError: with one sentence.
+
     """
     robot = load_robot(scenario.robot)
     observer.stage("loading the world")
@@ -57,6 +58,7 @@ def find_world(scenario: Scenario, world_paths: Sequence[Path]) -> Path:
 
     Raises:
         WorldError: not found under the given folders nor TASKSLAM_WORLD_PATH; says which repository to clone.
+
     """
     name = scenario.world.file or ""
     from_environment = [Path(p) for p in os.environ.get(WORLD_PATH_VARIABLE, "").split(os.pathsep) if p]
@@ -81,7 +83,13 @@ def _candidates(root: Path, name: str) -> Iterator[Path]:
     if Path(name).is_absolute():
         return
     yield root / "worlds" / name
-    for pattern in (f"*/worlds/{name}", f"*/{name}", f"worlds/*/worlds/{name}", f"worlds/*/{name}", f"configs/*/{name}"):
+    for pattern in (
+        f"*/worlds/{name}",
+        f"*/{name}",
+        f"worlds/*/worlds/{name}",
+        f"worlds/*/{name}",
+        f"configs/*/{name}",
+    ):
         yield from sorted(root.glob(pattern))
 
 

@@ -27,6 +27,7 @@ def load_scenario(reference: str | Path, overrides: Sequence[str] = ()) -> Scena
     Raises:
         ScenarioError: unknown name or key (with a guess at what was meant), a value out of range, an empty sequence,
             a path index past the table, an unreadable waypoint file.
+
     """
     text, where, folder = _read(reference)
     try:
@@ -106,7 +107,7 @@ def _check_sequence(scenario: Scenario, where: str) -> None:
             )
     if not sequence.goals:
         raise ScenarioError(
-            f"{where}: sequence is empty: expected at least one goal (the first entry of a path is the start, not a goal)"
+            f"{where}: sequence is empty: expected at least one goal (a path's first entry is the start, not a goal)"
         )
 
 

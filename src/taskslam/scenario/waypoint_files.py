@@ -13,6 +13,7 @@ def read_waypoints(path: Path) -> list[list[float]]:
 
     Raises:
         ScenarioError: unreadable file, a row without four finite numbers.
+
     """
     rows: list[list[float]] = []
     for number, line in enumerate(_lines(path), start=1):
@@ -24,7 +25,9 @@ def read_waypoints(path: Path) -> list[list[float]]:
         except ValueError as error:
             raise ScenarioError(f"{path}, line {number}: expected `index x y theta`, found '{text}'") from error
         if len(values) != 4 or not all(math.isfinite(v) for v in values):
-            raise ScenarioError(f"{path}, line {number}: expected four finite numbers `index x y theta`, found '{text}'")
+            raise ScenarioError(
+                f"{path}, line {number}: expected four finite numbers `index x y theta`, found '{text}'"
+            )
         rows.append(values[1:])
     return rows
 
@@ -34,6 +37,7 @@ def read_path(path: Path) -> list[int]:
 
     Raises:
         ScenarioError: unreadable file, a line that is no whole number.
+
     """
     order: list[int] = []
     for number, line in enumerate(_lines(path), start=1):

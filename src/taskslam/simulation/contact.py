@@ -58,9 +58,7 @@ def contact_grid(world: World, footprint: Footprint) -> ContactGrid:
     first_cell = np.floor((low - (x0, y0)) / _CELL).astype(np.int64)
     last_cell = np.floor((high - (x0, y0)) / _CELL).astype(np.int64)
     first, members = _bucket(points, offsets, first_cell, last_cell, int(rows), int(columns), x0, y0, footprint.radius)
-    return ContactGrid(
-        points, offsets, first, members, float(x0), float(y0), int(rows), int(columns), footprint.radius
-    )
+    return ContactGrid(points, offsets, first, members, float(x0), float(y0), int(rows), int(columns), footprint.radius)
 
 
 @njit(cache=True)
@@ -113,7 +111,7 @@ def polygon_distance(points, start, end, x, y):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def touches(points, offsets, first, members, x0, y0, rows, columns, radius, x, y):  # type: ignore[no-untyped-def]
     """Whether any polygon near (x, y) is closer than `radius`."""
-    column, row = int(math.floor((x - x0) / _CELL)), int(math.floor((y - y0) / _CELL))
+    column, row = math.floor((x - x0) / _CELL), math.floor((y - y0) / _CELL)
     if column < 0 or row < 0 or column >= columns or row >= rows:
         return False
     cell = row * columns + column

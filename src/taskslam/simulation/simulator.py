@@ -121,11 +121,12 @@ def _steps(rate: float, step: int, what: str) -> int:
 
     Raises:
         ScenarioError: the sensor's period is not a whole number of physics steps.
+
     """
     period = NANOSECONDS / rate
     steps = round(period / step)
     if steps < 1 or abs(steps * step - period) > 1.0:
         raise ScenarioError(
-            f"robot: {what}.rate {rate:g} Hz: its period must be a whole multiple of the gyro period of {step / 1e6:g} ms"
+            f"robot: {what}.rate {rate:g} Hz: its period must be a whole multiple of the gyro period, {step / 1e6:g} ms"
         )
     return steps

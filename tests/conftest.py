@@ -1,0 +1,72 @@
+"""Fixtures for every room: where the real data lies, and a world small enough to reason about."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from taskslam.world import Material, TriangleMesh, World
+
+_DEFAULT_DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """The folder of real input; the test is skipped where it is absent."""
+    folder = Path(os.environ.get("TASKSLAM_DATA", _DEFAULT_DATA))
+    if not folder.is_dir():
+        pytest.skip(f"real data not found at {folder}: set TASKSLAM_DATA")
+    return folder
+
+
+def box_mesh(boxes: list[tuple[float, float, float, float, float, float]]) -> TriangleMesh:
+    """Axis-aligned boxes (x0, y0, z0, x1, y1, z1) as one mesh."""
+    corners = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+    faces = np.array(
+        [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4],
+         [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]]
+    )  # fmt: skip
+    vertices, triangles = [], []
+    for index, box in enumerate(boxes):
+        low, high = np.array(box[:3]), np.array(box[3:])
+        vertices.append(low + corners * (high - low))
+        triangles.append(faces + 8 * index)
+    count = 12 * len(boxes)
+    return TriangleMesh(
+        np.concatenate(vertices).astype(np.float32),
+        np.concatenate(triangles).astype(np.int32),
+        np.zeros(count, np.int32),
+        np.zeros((count, 3, 2), np.float32),
+        np.zeros((count, 3, 3), np.float32),
+        np.zeros(count, np.int32),
+    )
+
+
+@pytest.fixture(scope="session")
+def make_world() -> Callable[[list[tuple[float, float, float, float, float, float]]], World]:
+    """A world of boxes, the same for eyes and bumper."""
+
+    def make(boxes: list[tuple[float, float, float, float, float, float]]) -> World:
+        mesh = box_mesh(boxes)
+        return World("boxes", mesh, mesh, (Material("plain"),), ("boxes",))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def room(make_world: Callable[..., World]) -> World:
+    """An 8 m by 6 m room about the origin with a floor, walls 1 m high and one pillar at (2, 1)."""
+    return make_world(
+        [
+            (-4.2, -3.2, -0.2, 4.2, 3.2, 0.0),
+            (-4.2, -3.2, 0.0, -4.0, 3.2, 1.0),
+            (4.0, -3.2, 0.0, 4.2, 3.2, 1.0),
+            (-4.0, -3.2, 0.0, 4.0, -3.0, 1.0),
+            (-4.0, 3.0, 0.0, 4.0, 3.2, 1.0),
+            (1.9, 0.9, 0.0, 2.1, 1.1, 1.0),
+        ]
+    )

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from taskslam.errors import RobotError
+from taskslam.robot import load_robot, robot_presets
+
+
+def test_turtlebot2_has_the_published_numbers() -> None:
+    robot = load_robot("turtlebot2")
+    lidar = robot.rig.lidar_2d
+    assert lidar is not None
+    assert (lidar.samples, lidar.rate, lidar.range_min, lidar.range_max, lidar.noise) == (1024, 10.0, 0.10, 10.0, 0.01)
+    assert np.allclose(lidar.mount.matrix()[:3, 3], (0.04, 0.0, 0.4102))
+    assert robot.footprint.radius == 0.178
+    assert robot.drive.max_linear_acceleration == 0.6
+    assert robot.rig.odometry.gyro_noise == 0.00276
+
+
+def test_every_preset_loads() -> None:
+    assert "turtlebot2" in robot_presets()
+    for name in robot_presets():
+        assert load_robot(name).name == name
+
+
+def test_an_unknown_preset_is_named_with_a_guess() -> None:
+    with pytest.raises(RobotError, match=r"'turtlebot3'.*Did you mean 'turtlebot2'"):
+        load_robot("turtlebot3")
+
+
+def test_a_wrong_key_or_value_in_a_robot_file_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("name: mine\nwheels: 3\n")
+    with pytest.raises(RobotError, match=r"mine\.yaml: drive"):
+        load_robot(file)
+    with pytest.raises(RobotError, match="cannot read"):
+        load_robot(tmp_path / "absent.yaml")
+    file.write_text("name: [")
+    with pytest.raises(RobotError, match="not valid YAML"):
+        load_robot(file)
