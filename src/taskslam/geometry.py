@@ -98,7 +98,8 @@ def invert(a: FloatArray) -> FloatArray:
 def transform_points(pose: SE2, points: FloatArray) -> FloatArray:
     """Map (N, 2) points given in frame b to frame a by `T_a_b` = pose."""
     c, s = math.cos(pose.theta), math.sin(pose.theta)
-    return points @ np.array([[c, s], [-s, c]]) + np.array([pose.x, pose.y])
+    moved: FloatArray = points @ np.array([[c, s], [-s, c]]) + np.array([pose.x, pose.y])
+    return moved
 
 
 def mean_heading(theta: FloatArray) -> float:

@@ -49,7 +49,7 @@ class LaserScan:
 
     def angles(self) -> npt.NDArray[np.float64]:
         """(N,) ray directions in radians."""
-        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

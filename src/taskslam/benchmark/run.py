@@ -61,7 +61,6 @@ def run(
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
         InfrastructureError: after retries; what was measured stays in the partial folder that the message names.
-
     """
     observer = observer or Observer()
     load_method(request.method)

@@ -34,7 +34,6 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
 
     Raises:
         WorldError, FloorPlanError, RobotError, ScenarioError: with one sentence.
-
     """
     robot = load_robot(scenario.robot)
     observer.stage("loading the world")
@@ -58,7 +57,6 @@ def find_world(scenario: Scenario, world_paths: Sequence[Path]) -> Path:
 
     Raises:
         WorldError: not found under the given folders nor TASKSLAM_WORLD_PATH; says which repository to clone.
-
     """
     name = scenario.world.file or ""
     from_environment = [Path(p) for p in os.environ.get(WORLD_PATH_VARIABLE, "").split(os.pathsep) if p]

@@ -59,7 +59,6 @@ def run(
         taskslam run aws_small_house -m karto -m wheel_odometry --world-path ~/aws-robomaker-small-house-world
 
         taskslam run my_tour.yaml -m karto --mode with-map --set protocol.pause=2 --latency measured --cpu-scale 4
-
     """
     from taskslam.benchmark.run import RunRequest
     from taskslam.slam.latency import LatencyMode, LatencyModel
@@ -87,7 +86,6 @@ def demo(
 
     Example:
         taskslam demo --out demo
-
     """
     from taskslam.benchmark.protocol import Mode
     from taskslam.benchmark.run import RunRequest

@@ -77,7 +77,7 @@ class Lidar2D(_Part):
 
     def angles(self) -> FloatArray:
         """(samples,) ray directions in the laser frame, radians."""
-        return self.angle_min + self.angle_increment * np.arange(self.samples)
+        return self.angle_min + self.angle_increment * np.arange(self.samples, dtype=np.float64)
 
 
 class OdometryNoise(_Part):

@@ -19,7 +19,6 @@ def check_scenario(scenario: Scenario, plan: FloorPlan, world: World, robot: Rob
     Raises:
         FloorPlanError: plan and world do not overlap.
         ScenarioError: the start or a goal lies outside the plan, in or too near to a wall, or cannot be reached.
-
     """
     _check_overlap(plan, world)
     clearance = clearance_map(plan)

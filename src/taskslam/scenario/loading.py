@@ -27,7 +27,6 @@ def load_scenario(reference: str | Path, overrides: Sequence[str] = ()) -> Scena
     Raises:
         ScenarioError: unknown name or key (with a guess at what was meant), a value out of range, an empty sequence,
             a path index past the table, an unreadable waypoint file.
-
     """
     text, where, folder = _read(reference)
     try:

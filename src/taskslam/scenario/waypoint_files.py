@@ -13,7 +13,6 @@ def read_waypoints(path: Path) -> list[list[float]]:
 
     Raises:
         ScenarioError: unreadable file, a row without four finite numbers.
-
     """
     rows: list[list[float]] = []
     for number, line in enumerate(_lines(path), start=1):
@@ -37,7 +36,6 @@ def read_path(path: Path) -> list[int]:
 
     Raises:
         ScenarioError: unreadable file, a line that is no whole number.
-
     """
     order: list[int] = []
     for number, line in enumerate(_lines(path), start=1):

@@ -121,7 +121,6 @@ def _steps(rate: float, step: int, what: str) -> int:
 
     Raises:
         ScenarioError: the sensor's period is not a whole number of physics steps.
-
     """
     period = NANOSECONDS / rate
     steps = round(period / step)

@@ -37,7 +37,6 @@ def load_floor_plan(yaml_path: Path, free_205: bool = False) -> FloorPlan:
 
     Raises:
         FloorPlanError: a file is missing or broken, a key is missing or out of range; one sentence that says which.
-
     """
     yaml_path = Path(yaml_path)
     settings = _read_yaml(yaml_path)
@@ -64,7 +63,6 @@ def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png
 
     Raises:
         FloorPlanError: a file cannot be written.
-
     """
     yaml_path = Path(yaml_path)
     grey = np.full(plan.cells.shape, _GREY_OF[UNKNOWN], np.uint8)

@@ -17,7 +17,6 @@ def read_pgm(data: bytes, where: str) -> npt.NDArray[np.float64]:
 
     Raises:
         FloorPlanError: another format, a broken header, too few pixels, or a pixel above the stated maximum.
-
     """
     magic, at = _token(data, 0, where, "magic number")
     if magic not in (b"P2", b"P5"):

@@ -43,7 +43,6 @@ def slice_floor_plan(
         FloorPlanError: nothing lies in the slab, the plan would be unreasonably large, or the seed point is outside
             the plan or occupied.
         ValueError: `low` is not below `high`, or `resolution` is not positive.
-
     """
     if not resolution > 0:
         raise ValueError(f"resolution is {resolution}, expected metres per cell above 0")
@@ -88,7 +87,6 @@ def slab_polygons(mesh: TriangleMesh, low: float, high: float) -> tuple[FloatArr
 
     Raises:
         ValueError: `low` is not below `high`.
-
     """
     if not low < high:
         raise ValueError(f"a slab needs low < high, got low = {low} m and high = {high} m")
