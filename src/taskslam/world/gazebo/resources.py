@@ -1,0 +1,189 @@
+"""Where Gazebo finds things: models, meshes, material scripts and textures, through URIs and resource paths.
+
+Everything that an import reads goes through `Resources`, which notes each file that was read and each place where
+nothing was found. That list is what makes the cache of loaded worlds exact (`taskslam.world.cache`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import unquote
+
+from taskslam.errors import WorldError
+from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
+
+PATH_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
+
+
+@dataclass(frozen=True)
+class FileStamp:
+    """A file as it was when read: absolute path, size in bytes, modification time and SHA-256."""
+
+    path: str
+    size: int
+    modified_ns: int
+    digest: str
+
+
+def search_roots(world_file: Path, resource_paths: Sequence[Path]) -> tuple[Path, ...]:
+    """Folders to search, in order: the caller's, Gazebo's environment variables, the world's own neighbourhood.
+
+    The neighbourhood is what the public worlds need without any setting: the world's folder and its parent, and a
+    folder `models` in either of them or one level below the world.
+    """
+    from_environment = [Path(p) for name in PATH_VARIABLES for p in os.environ.get(name, "").split(os.pathsep) if p]
+    folder = world_file.parent
+    near = [folder, folder / "models", folder.parent, folder.parent / "models", *sorted(folder.glob("*/models"))]
+    roots: dict[str, Path] = {}
+    for root in [*resource_paths, *from_environment, *near]:
+        absolute = os.path.normpath(Path(root).expanduser().absolute())
+        if absolute not in roots and Path(absolute).is_dir():
+            roots[absolute] = Path(absolute)
+    return tuple(roots.values())
+
+
+class Resources:
+    """Look-up and reading of the files behind one world."""
+
+    def __init__(self, roots: Sequence[Path]) -> None:
+        self.roots = tuple(roots)
+        self._stamps: dict[str, FileStamp] = {}
+        self._absent: set[str] = set()
+        self._listings: dict[str, list[str]] = {}
+
+    def stamps(self) -> list[FileStamp]:
+        """Every file read so far, by path."""
+        return [self._stamps[path] for path in sorted(self._stamps)]
+
+    def absent(self) -> list[str]:
+        """Every path looked for in vain so far, sorted."""
+        return sorted(self._absent)
+
+    def listings(self) -> dict[str, list[str]]:
+        """Every folder searched for material scripts, with the scripts found."""
+        return {folder: self._listings[folder] for folder in sorted(self._listings)}
+
+    def scripts_in(self, folder: Path) -> list[Path]:
+        """The Ogre material scripts in a folder and below, in order of their paths."""
+        files = list_scripts(folder)
+        self._listings[str(folder)] = files
+        return [Path(file) for file in files]
+
+    def read(self, path: Path) -> bytes:
+        """Content of a file; raises WorldError naming it if it cannot be read."""
+        try:
+            with path.open("rb") as file:
+                status = os.fstat(file.fileno())
+                data = file.read()
+        except OSError as error:
+            raise WorldError(f"{path} cannot be read: {error.strerror or error}.") from error
+        digest = hashlib.sha256(data).hexdigest()
+        self._stamps[str(path)] = FileStamp(str(path), status.st_size, status.st_mtime_ns, digest)
+        return data
+
+    def digest(self, path: Path) -> str:
+        """SHA-256 of a file that has been read."""
+        return self._stamps[str(path)].digest
+
+    def find(self, uri: str, folder: Path, where: str) -> Path | None:
+        """The file or folder that a URI means, or None if there is none.
+
+        `model://` and `package://` are searched in the roots; `file://` and plain paths beside the referring file
+        (in `folder`) and then in the roots; web addresses by their last part in the roots (a model that was
+        downloaded by hand). Raises WorldError if the path leaves the folder that it is relative to.
+        """
+        uri = uri.strip()
+        scheme, separator, rest = uri.partition("://")
+        path = unquote(rest if separator else uri).replace("\\", "/")
+        if separator and scheme not in ("model", "package", "file"):
+            return self._first(root / Path(path).name for root in self.roots) if Path(path).name else None
+        if Path(path).is_absolute():
+            return self._first([Path(os.path.normpath(path))])
+        if scheme in ("model", "package") and separator:
+            _refuse_escape(path, uri, where)
+            return self._first(self._model_places(path))
+        beside = Path(os.path.normpath(folder / path))
+        if not any(beside.is_relative_to(root) for root in (folder.parent, *self.roots)):
+            raise WorldError(f"'{uri}' in {where} leads out of its folder; expected a path inside it.")
+        return self._first([beside, *(p for root in self.roots if (p := _inside(root, path)))])
+
+    def find_texture(self, name: str, folder: Path) -> Path | None:
+        """The image that a mesh or script in `folder` calls `name`.
+
+        Gazebo's order: the path as written, `materials/textures` beside the folder of meshes, and then by file name
+        in the resource paths, their `materials/textures` and, for the AWS worlds, their `photos`.
+        """
+        name = unquote(name.strip()).replace("\\", "/")
+        if name.startswith(("model://", "package://")):
+            return self.find(name, folder, str(folder))
+        name = name.removeprefix("file://")
+        base = name.rsplit("/", 1)[-1]
+        if not base:
+            return None
+        candidates = [_inside(folder.parent, os.path.join(folder.name, name))]  # noqa: PTH118 - keeps ".." for the check
+        candidates += [
+            folder / base,
+            folder.parent / "materials" / "textures" / base,
+            folder.parent / "textures" / base,
+        ]
+        for root in self.roots:
+            candidates += [root / base, root / "materials" / "textures" / base, root / "photos" / base]
+        return self._first((c for c in candidates if c is not None), files_only=True)
+
+    def model_sdf(self, folder: Path) -> Path | None:
+        """The SDF file of a model folder: the newest that `model.config` lists and that is not above SDF 1.11."""
+        for config in (folder / "model.config", folder / "manifest.xml"):
+            if self.exists(config):
+                listed = [
+                    (parse_version(sdf.get("version")) or (0, 0), (sdf.text or "").strip())
+                    for sdf in parse_xml(self.read(config), config).iter("sdf")
+                ]
+                usable = [(version, name) for version, name in listed if version <= NEWEST_SDF and name]
+                for _, name in sorted(usable, key=lambda entry: entry[0], reverse=True):
+                    _refuse_escape(name, name, str(config))
+                    if self.exists(folder / name):
+                        return folder / name
+                if listed and not usable:
+                    raise WorldError(f"{config} lists no SDF that is 1.11 or older, the newest that can be read.")
+        return self._first([folder / "model.sdf"])
+
+    def exists(self, path: Path) -> bool:
+        """Whether a path exists; a vain look is noted."""
+        found = os.path.exists(path)  # noqa: PTH110 - half the time of Path.exists, over thousands of looks
+        if not found:
+            self._absent.add(str(path))
+        return found
+
+    def _model_places(self, path: str) -> Iterator[Path]:
+        name, _, rest = path.partition("/")
+        for root in self.roots:
+            yield root / path
+            if root.name == name:
+                yield root / rest if rest else root
+
+    def _first(self, candidates: Iterable[Path], files_only: bool = False) -> Path | None:
+        for candidate in candidates:
+            if self.exists(candidate) and not (files_only and candidate.is_dir()):
+                return candidate
+        return None
+
+
+def list_scripts(folder: Path) -> list[str]:
+    """Paths of the `*.material` files in a folder and below, sorted."""
+    return sorted(str(path) for path in folder.rglob("*.material"))
+
+
+def _refuse_escape(path: str, uri: str, where: str) -> None:
+    normal = os.path.normpath(path)
+    if normal.startswith("..") or Path(normal).is_absolute():
+        raise WorldError(f"'{uri}' in {where} leads out of its folder; expected a path inside it.")
+
+
+def _inside(root: Path, path: str) -> Path | None:
+    """root / path if that stays in root, else None; judged by the text alone, so that symbolic links are free."""
+    joined = Path(os.path.normpath(root / path))
+    return joined if joined.is_relative_to(root) else None

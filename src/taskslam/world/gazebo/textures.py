@@ -1,0 +1,74 @@
+"""Reading texture images, each once."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import warnings
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from taskslam.world.gazebo.resources import Resources
+
+LARGEST_SIDE = 1024
+"""Larger textures are reduced to this many pixels a side: a robot's camera sees no more, and a world of 4K textures
+would fill gigabytes."""
+
+Texture = npt.NDArray[np.uint8]
+
+
+def decode(data: bytes) -> Texture | None:
+    """(H, W, 3) or, where any pixel is transparent, (H, W, 4) uint8 sRGB; None if the image is damaged."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(io.BytesIO(data)) as image:
+                image.load()
+                return _as_array(image)
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+
+
+def _as_array(image: Image.Image) -> Texture:
+    if image.mode.startswith("I"):
+        image = Image.fromarray((np.asarray(image).astype(np.uint32) >> 8).clip(0, 255).astype(np.uint8))
+    transparent = image.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in image.info
+    image = image.convert("RGBA" if transparent else "RGB")
+    if max(image.size) > LARGEST_SIDE:
+        ratio = LARGEST_SIDE / max(image.size)
+        image = image.resize((max(1, round(image.width * ratio)), max(1, round(image.height * ratio))), Image.Resampling.BOX)
+    pixels = np.array(image, dtype=np.uint8)
+    if pixels.shape[2] == 4 and bool((pixels[..., 3] == 255).all()):
+        pixels = np.ascontiguousarray(pixels[..., :3])
+    return pixels
+
+
+class TextureStore:
+    """Textures by the content of their files, and the names of those that are missing or damaged."""
+
+    def __init__(self, resources: Resources) -> None:
+        self._resources = resources
+        self._textures: dict[str, Texture | None] = {}
+        self.missing: dict[str, None] = {}
+        self.damaged: dict[str, None] = {}
+
+    def find(self, name: str, folder: Path) -> Texture | None:
+        """The texture that a file in `folder` calls `name`; None, and noted, if it is missing or damaged."""
+        path = self._resources.find_texture(name, folder)
+        if path is None:
+            self.missing[name.replace("\\", "/").rsplit("/", 1)[-1]] = None
+            return None
+        texture = self.decoded(self._resources.read(path))
+        if texture is None:
+            self.damaged[path.name] = None
+        return texture
+
+    def decoded(self, data: bytes) -> Texture | None:
+        """The texture of an image file's bytes; the same bytes always give the same array."""
+        digest = hashlib.sha256(data).hexdigest()
+        if digest not in self._textures:
+            self._textures[digest] = decode(data)
+        return self._textures[digest]
