@@ -1,0 +1,171 @@
+"""Which SLAM methods exist: entry points of the group `taskslam.methods`, from this package or anyone else's.
+
+A name of the form `package.module:Class` is taken as it is, for experiments that are not installed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import metadata
+
+from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError, did_you_mean
+from taskslam.slam.base import MethodCard, SlamMethod
+
+GROUP = "taskslam.methods"
+
+
+@dataclass(frozen=True, slots=True)
+class MethodEntry:
+    """A registered method. target: `package.module:Class`; distribution: the installed package that registers it."""
+
+    name: str
+    target: str
+    distribution: str
+
+
+@dataclass(frozen=True, slots=True)
+class MethodState:
+    """What is known of a method without running it: its card, or why it cannot be had (`problem`, else empty)."""
+
+    entry: MethodEntry
+    card: MethodCard | None
+    problem: str
+
+
+def registered_methods() -> dict[str, MethodEntry]:
+    """All registered methods by name, sorted. Nothing is imported."""
+    found: dict[str, MethodEntry] = {}
+    for point in metadata.entry_points(group=GROUP):
+        distribution = point.dist.name if point.dist is not None else ""
+        found.setdefault(point.name, MethodEntry(point.name, point.value, distribution))
+    return dict(sorted(found.items()))
+
+
+def find_method(name: str) -> MethodEntry:
+    """The entry of a registered name, or of a `package.module:Class`.
+
+    Raises:
+        UnknownMethodError: neither; lists the known names.
+    """
+    methods = registered_methods()
+    if name in methods:
+        return methods[name]
+    if re.fullmatch(r"[\w.]+:\w+", name):
+        return MethodEntry(name, name, "")
+    known = ", ".join(methods) or "none"
+    raise UnknownMethodError(f"no SLAM method is called '{name}' (known: {known}).{did_you_mean(name, methods)}")
+
+
+def load_method(name: str) -> type[SlamMethod]:
+    """The class behind a name. It is imported, so the benchmark itself only calls this in the method's own process.
+
+    Raises:
+        UnknownMethodError: no such method.
+        MethodUnavailableError: a package that it needs is not installed; names the extra.
+        InputError: what the name leads to cannot be imported, or is not a SLAM method with a card.
+    """
+    entry = find_method(name)
+    module_name, _, class_name = entry.target.partition(":")
+    try:
+        found = getattr(importlib.import_module(module_name), class_name)
+    except ModuleNotFoundError as error:
+        missing = error.name or str(error)
+        if module_name == missing or module_name.startswith(f"{missing}."):
+            raise InputError(f"method '{name}': there is no module '{missing}' ({entry.target})") from error
+        raise MethodUnavailableError(_absent(entry, missing, None)) from error
+    except AttributeError as error:
+        raise InputError(f"method '{name}': module '{module_name}' has no class '{class_name}'") from error
+    except Exception as error:
+        raise InputError(f"method '{name}': importing {module_name} failed: {one_line(error)}") from error
+    if not (isinstance(found, type) and issubclass(found, SlamMethod)):
+        raise InputError(f"method '{name}': {entry.target} is not a subclass of taskslam.slam.SlamMethod")
+    if not isinstance(getattr(found, "card", None), MethodCard):
+        raise InputError(f"method '{name}': {entry.target} has no `card = MethodCard(...)`")
+    return found
+
+
+def unavailable(name: str, card: MethodCard, error: ModuleNotFoundError) -> MethodUnavailableError:
+    """The error for a method that imported, but whose package turned out to be absent when it was needed."""
+    return MethodUnavailableError(_absent(find_method(name), error.name or str(error), card.extra))
+
+
+def inspect_methods() -> list[MethodState]:
+    """Every registered method with its card, or with the reason why it is broken. None of them stops the others."""
+    return [inspect_method(entry.name) for entry in registered_methods().values()]
+
+
+def inspect_method(name: str) -> MethodState:
+    """One method's card and whether its packages are installed; imports its module.
+
+    Raises:
+        UnknownMethodError: no such method.
+    """
+    entry = find_method(name)
+    try:
+        card = load_method(name).card
+    except InputError as error:
+        return MethodState(entry, None, str(error))
+    return MethodState(entry, card, _missing_of_extra(entry, card.extra))
+
+
+def one_line(error: BaseException) -> str:
+    """`ValueError: the last line of its message`, at most 300 characters."""
+    lines = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {lines[-1].strip()}"[:300] if lines else type(error).__name__
+
+
+def install_command(entry: MethodEntry, extra: str | None) -> str:
+    """The command that installs what a method needs."""
+    distribution = entry.distribution or "taskslam"
+    return f"pip install '{distribution}[{extra}]'" if extra else f"pip install '{distribution}'"
+
+
+def _absent(entry: MethodEntry, missing: str, extra: str | None) -> str:
+    extra = extra or _extra_for(entry, missing)
+    if extra is None:
+        return f"method '{entry.name}' needs the package '{missing}', which is not installed"
+    return (
+        f"method '{entry.name}' needs the package '{missing}', which is not installed; it comes with the extra "
+        f"'{extra}': {install_command(entry, extra)}"
+    )
+
+
+def _missing_of_extra(entry: MethodEntry, extra: str | None) -> str:
+    """Why a method is not available: the packages of its extra that are not installed; empty if all are."""
+    if extra is None:
+        return ""
+    for package, marker in _packages_of_extra(entry).get(extra, {}).items():
+        try:
+            metadata.version(package)
+        except metadata.PackageNotFoundError:
+            where = f" (only for {marker})" if marker else ""
+            return f"needs {package}{where}: {install_command(entry, extra)}"
+    return ""
+
+
+def _packages_of_extra(entry: MethodEntry) -> Mapping[str, Mapping[str, str]]:
+    """Per extra of the method's distribution: its packages, each with the environment marker that bounds it."""
+    try:
+        requirements = metadata.requires(entry.distribution or "taskslam") or []
+    except metadata.PackageNotFoundError:
+        return {}
+    found: dict[str, dict[str, str]] = {}
+    for requirement in requirements:
+        package = re.match(r"[A-Za-z0-9._-]+", requirement)
+        extra = re.search(r"extra\s*==\s*['\"]([^'\"]+)['\"]", requirement)
+        if package and extra:
+            marker = requirement.partition(";")[2].replace(extra.group(0), "").strip().removesuffix("and")
+            found.setdefault(extra.group(1), {})[package.group(0)] = marker.strip().strip("()").strip()
+    return found
+
+
+def _extra_for(entry: MethodEntry, module: str) -> str | None:
+    """The extra whose packages seem to hold a module: by name, as `yag_slam` and `yag-slam`."""
+    wanted = module.partition(".")[0].replace("_", "-").lower()
+    for extra, packages in _packages_of_extra(entry).items():
+        if wanted in {package.replace("_", "-").lower() for package in packages}:
+            return extra
+    return None
