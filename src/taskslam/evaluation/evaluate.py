@@ -1,0 +1,50 @@
+"""Evaluation of result folders: every finished run in them, whatever else lies beside."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from taskslam.errors import RecordError
+from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
+from taskslam.evaluation.run_metrics import run_metrics
+from taskslam.record import find_partial_runs, find_runs, load_run
+
+
+def evaluate_runs(paths: Sequence[Path], upstream_compat: bool = False) -> MetricsFile:
+    """Metrics of all finished runs at or below the given folders, sorted by path.
+
+    A run that cannot be read, or was left half-written, is named in `left_out` with the reason, and the rest is
+    evaluated. Raises RecordError if a folder does not exist or holds no run at all.
+    """
+    found, partial = _find(paths)
+    runs: list[RunMetrics] = []
+    left_out = [LeftOut(directory=name, reason="half-written: the run was stopped") for name in sorted(partial)]
+    for name in sorted(found):
+        try:
+            runs.append(run_metrics(load_run(found[name]), name, upstream_compat))
+        except RecordError as error:
+            left_out.append(LeftOut(directory=name, reason=str(error)))
+    return MetricsFile(
+        definitions="upstream" if upstream_compat else "paper", runs=tuple(runs), left_out=tuple(left_out)
+    )
+
+
+def _find(paths: Sequence[Path]) -> tuple[dict[str, Path], list[str]]:
+    """Finished runs and half-written ones, by their path relative to what was given."""
+    if not paths:
+        raise RecordError("no folder was given; expected one that holds runs")
+    for path in paths:
+        if not path.is_dir():
+            raise RecordError(f"{path}: no such folder; expected one that holds runs")
+    base = os.path.commonpath([path.absolute() for path in paths])
+    found: dict[str, Path] = {}
+    partial: set[str] = set()
+    for path in paths:
+        found |= {os.path.relpath(run.absolute(), base): run for run in find_runs(path)}
+        partial |= {os.path.relpath(run.absolute(), base) for run in find_partial_runs(path)}
+    if not found and not partial:
+        names = ", ".join(str(path) for path in paths)
+        raise RecordError(f"{names}: holds no run; expected a folder with run.json in it or below")
+    return found, sorted(partial)

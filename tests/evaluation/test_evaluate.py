@@ -1,0 +1,83 @@
+import json
+
+import pytest
+
+from taskslam.errors import DiskFullError, RecordError
+from taskslam.evaluation import evaluate_runs, write_metrics
+from taskslam.geometry import SE2
+from taskslam.outcomes import Outcome
+
+
+def two_rounds(builder):
+    return builder.round(0, {0: SE2(0.1, 0, 0)}).round(1, {0: SE2(-0.1, 0, 0)})
+
+
+def test_every_run_below_a_folder_is_evaluated_in_order(build, tmp_path):
+    for name in ("b/with", "a/without", "c"):
+        two_rounds(build(name, goals=1, rounds=2)).write()
+    metrics = evaluate_runs([tmp_path / "results"])
+    assert [run.directory for run in metrics.runs] == ["a/without", "b/with", "c"]
+    assert metrics.left_out == ()
+
+
+def test_a_run_directory_itself_can_be_named(build):
+    directory = two_rounds(build(goals=1, rounds=2)).write()
+    assert [run.directory for run in evaluate_runs([directory]).runs] == ["."]
+
+
+def test_runs_that_cannot_be_read_are_named_and_left_out(build, tmp_path):
+    two_rounds(build("good", goals=1, rounds=2)).write()
+    damaged = two_rounds(build("damaged", goals=1, rounds=2)).write()
+    (damaged / "journal.jsonl").write_text("nonsense\n")
+    partial = two_rounds(build("stopped", goals=1, rounds=2)).write()
+    (partial / "run.json").unlink()
+    metrics = evaluate_runs([tmp_path / "results"])
+    assert [run.directory for run in metrics.runs] == ["good"]
+    reasons = {left.directory: left.reason for left in metrics.left_out}
+    assert "journal.jsonl, line 1" in reasons["damaged"]
+    assert "half-written" in reasons["stopped"]
+
+
+def test_a_folder_without_runs_is_refused(tmp_path):
+    with pytest.raises(RecordError, match="holds no run"):
+        evaluate_runs([tmp_path])
+    with pytest.raises(RecordError, match="no such folder"):
+        evaluate_runs([tmp_path / "absent"])
+
+
+def test_the_file_has_the_documented_keys_and_null_for_what_is_not_defined(build, tmp_path):
+    build(goals=2, rounds=2).round(0, {}, failed=(0, Outcome.LOST)).write()
+    path = write_metrics(tmp_path, evaluate_runs([tmp_path / "results"]))
+    assert path == tmp_path / "metrics.json"
+    text = path.read_text()
+    assert "NaN" not in text
+    content = json.loads(text)
+    assert content["format"] == "taskslam-metrics/1"
+    assert content["definitions"] == "paper"
+    (run,) = content["runs"]
+    assert {"scenario", "method", "mode", "seed", "completeness", "waypoints", "failures", "simulated_s"} <= run.keys()
+    assert {"wall_s", "dropped_frames"} <= run.keys()
+    assert run["position"] == {"precision_m": None, "accuracy_m": None}
+    assert run["orientation"] == {"precision_rad": None, "accuracy_rad": None}
+    assert run["n_auc"]["published"] == 0.0
+    assert run["n_auc"]["exact"] == 0.0
+    assert run["failures"][0]["outcome"] == "lost"
+
+
+def test_the_file_says_which_definitions_it_holds(build, tmp_path):
+    two_rounds(build(goals=1, rounds=2)).write()
+    assert evaluate_runs([tmp_path / "results"], upstream_compat=True).definitions == "upstream"
+
+
+def test_the_same_runs_give_the_same_bytes(build, tmp_path):
+    two_rounds(build(goals=1, rounds=2)).write()
+    texts = [write_metrics(tmp_path, evaluate_runs([tmp_path / "results"])).read_bytes() for _ in range(2)]
+    assert texts[0] == texts[1]
+
+
+def test_a_folder_that_cannot_be_written_is_named(build, tmp_path):
+    two_rounds(build(goals=1, rounds=2)).write()
+    metrics = evaluate_runs([tmp_path / "results"])
+    (tmp_path / ".metrics.json.partial").symlink_to("/dev/full")
+    with pytest.raises(DiskFullError, match=r"metrics\.json: cannot be written"):
+        write_metrics(tmp_path, metrics)
