@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS, LaserScan
@@ -40,12 +41,7 @@ class LaserScanner:
         true = self._rays.distances(origins, directions)
         lidar = self._lidar
         noise = self._noise.standard_normal(lidar.samples, dtype=np.float32)
-        seen = (true >= lidar.range_min) & (true <= lidar.range_max)
-        ranges = true + np.float32(lidar.noise) * noise
-        if lidar.resolution > 0:
-            ranges = np.round(ranges / np.float32(lidar.resolution)) * np.float32(lidar.resolution)
-        ranges = np.clip(ranges, np.float32(lidar.range_min), np.float32(lidar.range_max))
-        ranges = np.where(seen, ranges, np.float32(np.inf)).astype(np.float32)
+        ranges = _measure(true, noise, lidar.noise, lidar.resolution, lidar.range_min, lidar.range_max)
         return LaserScan(
             stamp,
             ranges,
@@ -69,3 +65,18 @@ class LaserScanner:
         origins[:, 1] = poses[:, 1] + s * o[0] + c * o[1]
         origins[:, 2] = o[2]
         return origins, directions
+
+
+@njit(cache=True)
+def _measure(true, noise, sigma, resolution, range_min, range_max):  # type: ignore[no-untyped-def]
+    """(N,) float32 readings from true distances and standard normal draws: noise, resolution, then the limits."""
+    ranges = np.empty(len(true), np.float32)
+    for i in range(len(true)):
+        if not range_min <= true[i] <= range_max:
+            ranges[i] = np.inf
+            continue
+        reading = true[i] + sigma * noise[i]
+        if resolution > 0.0:
+            reading = round(reading / resolution) * resolution
+        ranges[i] = min(max(reading, range_min), range_max)
+    return ranges

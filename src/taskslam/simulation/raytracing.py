@@ -20,8 +20,8 @@ class RayCaster:
     """A triangle mesh prepared for ray queries."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        self._scene = EmbreeScene()
-        self._mesh = EmbreeMesh(self._scene, np.ascontiguousarray(mesh.corners(), dtype=np.float32))
+        self.scene = EmbreeScene()
+        self._mesh = EmbreeMesh(self.scene, np.ascontiguousarray(mesh.corners(), dtype=np.float32))
 
     def distances(
         self, origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
@@ -32,7 +32,7 @@ class RayCaster:
         """
         if len(origins) == 0:
             return np.empty(0, np.float32)
-        found = np.asarray(self._scene.run(origins, directions, query="DISTANCE"), dtype=np.float32)
+        found: npt.NDArray[np.float32] = self.scene.run(origins, directions, query="DISTANCE")
         found[found >= _MISS] = np.inf
         return found
 
@@ -40,7 +40,7 @@ class RayCaster:
         self, origins: npt.NDArray[np.float32], directions: npt.NDArray[np.float32]
     ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float32], npt.NDArray[np.float32]]:
         """Triangle index (N,) (-1 for none), distance (N,) and barycentric u, v (N, 2) of each ray's first hit."""
-        found = self._scene.run(origins, directions, output=1)
+        found = self.scene.run(origins, directions, output=1)
         triangle = np.asarray(found["primID"], dtype=np.int32)
         distance = np.asarray(found["tfar"], dtype=np.float32).copy()
         distance[triangle < 0] = np.inf

@@ -1,0 +1,215 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.protocol import Mode, Tour, drive_tour
+from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.stage import Stage
+from taskslam.errors import RecordError
+from taskslam.geometry import SE2
+from taskslam.measurements import Measurement
+from taskslam.navigation.navigator import Navigator
+from taskslam.outcomes import Outcome
+from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, MethodNotice, RoundEnded, RoundStarted, RunEnded
+from taskslam.record.run_directory import RunRecord, RunWriter, load_run
+from taskslam.simulation.simulator import Simulator
+from taskslam.slam.host import MethodHost
+from taskslam.slam.latency import LatencyModel
+
+
+def drive(stage: Stage, out: Path, method: str, mode: Mode = Mode.WITHOUT_MAP, seed: int = 0) -> RunRecord:
+    directory, _ = run(stage, RunRequest(method, mode, seed), out)
+    return load_run(directory)
+
+
+def of_kind(record: RunRecord, kind: type) -> list:  # type: ignore[type-arg]
+    return [event for event in record.events if isinstance(event, kind)]
+
+
+@pytest.fixture(autouse=True)
+def _find_misbehaving_methods(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+
+
+def test_told_the_truth_the_robot_reaches_every_goal_of_every_round(
+    make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    record = drive(make_stage(), tmp_path, "ground_truth")
+    arrivals = of_kind(record, Arrival)
+    assert [(a.round, a.goal) for a in arrivals] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
+    for arrival in arrivals:
+        assert arrival.truth.distance_to(arrival.target) < 0.22
+        assert arrival.truth.distance_to(arrival.estimate) < 0.01
+    assert [e.outcome for e in of_kind(record, RoundEnded)] == [Outcome.REACHED] * 2
+    assert of_kind(record, RunEnded)[0].complete
+
+
+def test_without_map_every_round_starts_anew_and_with_map_only_the_priming_one(
+    make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    stage = make_stage(rounds=2)
+    without = drive(stage, tmp_path, "ground_truth", Mode.WITHOUT_MAP)
+    with_map = drive(stage, tmp_path, "ground_truth", Mode.WITH_MAP)
+    assert [(r.round, r.priming) for r in of_kind(without, RoundStarted)] == [(0, False), (1, False)]
+    assert [(r.round, r.priming) for r in of_kind(with_map, RoundStarted)] == [(0, True), (1, False), (2, False)]
+    start = SE2(-2.0, -1.0, 0.0)
+    for number in (0, 1):
+        first = SE2(*without.trajectory(number, "truth").poses[0])
+        assert first.distance_to(start) < 0.01
+    last_goal = SE2(-2.0, 1.0, 3.1)
+    assert SE2(*with_map.trajectory(1, "truth").poses[0]).distance_to(last_goal) < 0.25
+
+
+def test_the_same_seed_writes_the_same_journal_whatever_the_hash_seed_and_threads(tmp_path: Path) -> None:
+    script = (
+        "import sys; from pathlib import Path; from taskslam.benchmark.run import RunRequest, run;"
+        "from taskslam.benchmark.protocol import Mode; from taskslam.benchmark.stage import set_stage;"
+        "from taskslam.benchmark.observer import Observer; from taskslam.scenario import load_scenario;"
+        "s = load_scenario('house', ['protocol.rounds=1', 'protocol.pause=0.5',"
+        " 'sequence.path=[0, 0, 1]']);"
+        "run(set_stage(s, [], Observer()), RunRequest('karto', Mode.WITHOUT_MAP, int(sys.argv[2])), Path(sys.argv[1]))"
+    )
+
+    def journal(name: str, seed: int, hash_seed: str, threads: str) -> bytes:
+        environment = {**os.environ, "PYTHONHASHSEED": hash_seed, "NUMBA_NUM_THREADS": threads}
+        environment |= {"OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads}
+        command = [sys.executable, "-c", script, str(tmp_path / name), str(seed)]
+        subprocess.run(command, check=True, env=environment, timeout=300)
+        return next((tmp_path / name).rglob("journal.jsonl")).read_bytes()
+
+    first = journal("first", 7, "0", "1")
+    assert b"arrival" in first
+    assert journal("second", 7, "123", "2") == first
+    assert journal("third", 8, "0", "1") != first
+
+
+class LyingPlatform(Simulator):
+    """Tells the record a truth that is wrong; nothing that steers may notice."""
+
+    def true_pose(self) -> SE2:
+        return SE2(100.0, -50.0, 1.0)
+
+
+def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage], tmp_path: Path) -> None:
+    """With a false truth in the record, every estimate, command and arrival time stays the same, bit for bit."""
+    stage = make_stage(rounds=1)
+
+    def steer(kind: type[Simulator], name: str) -> tuple[list[object], list[SE2]]:
+        platform = kind(stage.world, stage.robot, seed=3)
+        commands: list[object] = []
+        truths: list[SE2] = []
+        original = platform.drive
+
+        def drive_and_note(linear: float, angular: float) -> None:
+            commands.append((platform.now, linear, angular))
+            original(linear, angular)
+
+        platform.drive = drive_and_note  # type: ignore[method-assign]
+        with RunWriter(tmp_path / name) as record:
+
+            def method() -> MethodHost:
+                return MethodHost("karto", {}, stage.robot.rig, record.method_log, LatencyModel())
+
+            tour = Tour(stage.scenario, platform, Navigator(stage.plan, stage.robot), method, record, Observer())
+            drive_tour(tour, Mode.WITHOUT_MAP)
+            journal = (record.folder / "journal.jsonl").read_text()
+        for line in journal.splitlines():
+            if '"arrival"' in line:
+                truths.append(SE2())
+        return commands, truths
+
+    honest_commands, arrivals = steer(Simulator, "honest")
+    lying_commands, _ = steer(LyingPlatform, "lying")
+    assert len(arrivals) == 3
+    assert honest_commands == lying_commands
+
+
+def test_a_method_that_is_not_a_reference_never_hears_a_true_pose(
+    make_stage: Callable[..., Stage], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fed: list[Measurement] = []
+    original = MethodHost.feed
+
+    def note(self: MethodHost, measurement: Measurement) -> None:
+        fed.append(measurement)
+        original(self, measurement)
+
+    monkeypatch.setattr(MethodHost, "feed", note)
+    drive(make_stage(rounds=1), tmp_path, "wheel_odometry")
+    assert {type(m).__name__ for m in fed} == {"WheelOdometry", "LaserScan"}
+
+
+@pytest.mark.parametrize(
+    ("name", "outcome", "says"),
+    [
+        ("Segfault", Outcome.CRASHED, "SIGSEGV"),
+        ("NotANumber", Outcome.INVALID_OUTPUT, "NaN|finite"),
+        ("BackInTime", Outcome.INVALID_OUTPUT, "back|before|order"),
+    ],
+)
+def test_a_method_that_misbehaves_ends_its_round_and_nothing_else(
+    name: str, outcome: Outcome, says: str, make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    record = drive(make_stage(), tmp_path, f"methods:{name}")
+    failures = of_kind(record, GoalFailed)
+    assert [f.outcome for f in failures] == [outcome] * 2
+    assert [f.round for f in failures] == [0, 1]
+    import re
+
+    assert re.search(says, failures[0].detail)
+    assert record.manifest.complete is False
+    assert record.manifest.failure is not None
+
+
+def test_earlier_arrivals_are_kept_when_a_method_dies(make_stage: Callable[..., Stage], tmp_path: Path) -> None:
+    near = [[-1.5, -1.0, 0.0], [2.8, 1.8, 2.0]]
+    record = drive(make_stage(near, rounds=1), tmp_path, "methods:Segfault", Mode.WITH_MAP)
+    assert [(a.round, a.goal) for a in of_kind(record, Arrival)] == [(0, 0)]
+    assert [(f.round, f.goal, f.outcome) for f in of_kind(record, GoalFailed)] == [(0, 1, Outcome.CRASHED)]
+
+
+def test_a_goal_in_a_closed_place_fails_by_no_plan_and_the_rest_is_never_tried(
+    make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    inside_the_pillar = [[2.0, 1.0, 0.0], [-2.0, 1.0, 0.0]]
+    record = drive(make_stage(inside_the_pillar, rounds=1), tmp_path, "ground_truth")
+    assert of_kind(record, GoalFailed)[0].outcome in {Outcome.NO_PLAN, Outcome.NO_CONTROL}
+    assert [(s.round, s.goal) for s in of_kind(record, GoalSkipped)] == [(0, 1)]
+    skipping = drive(make_stage(inside_the_pillar, rounds=1, on_failure="skip"), tmp_path / "skip", "ground_truth")
+    assert [a.goal for a in of_kind(skipping, Arrival)] == [1]
+
+
+def test_being_lost_is_the_methods_failure_and_a_jump_is_noted(
+    make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    jumps = drive(make_stage(rounds=1), tmp_path, "methods:Jumps")
+    assert any("jumped by 5.0" in notice.text for notice in of_kind(jumps, MethodNotice))
+    assert of_kind(jumps, GoalFailed)[0].outcome.blames in {"navigation", "method"}
+
+
+def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
+    make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    stage = make_stage(GOALS_ONE, rounds=1)
+    request = RunRequest("ground_truth", Mode.WITHOUT_MAP)
+    directory, complete = run(stage, request, tmp_path)
+    before = (directory / "run.json").read_bytes()
+    assert run(stage, request, tmp_path) == (directory, complete)
+    assert (directory / "run.json").read_bytes() == before
+    with pytest.raises(RecordError, match="another configuration"):
+        run(make_stage(GOALS_ONE, rounds=1, pause=1.0), request, tmp_path)
+    run(make_stage(GOALS_ONE, rounds=1, pause=1.0), request, tmp_path, overwrite=True)
+    assert load_run(directory).manifest.scenario["protocol"]["pause"] == 1.0
+
+
+GOALS_ONE = [[-1.0, -1.0, 0.0]]
+
+
