@@ -1,6 +1,4 @@
-"""Import of Gazebo worlds: SDF 1.4 to 1.11 with models, meshes, materials and lights."""
+"""Import of Gazebo worlds: SDF 1.4 to 1.11 with models, meshes, materials and lights.
 
-from taskslam.world.gazebo.importer import import_sdf
-from taskslam.world.gazebo.resources import Resources, search_roots
-
-__all__ = ["Resources", "import_sdf", "search_roots"]
+`importer.import_sdf` is the way in; `taskslam.world.loading.load_world` calls it and caches what it gives.
+"""

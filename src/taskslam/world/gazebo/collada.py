@@ -41,9 +41,7 @@ def read_collada(data: bytes, path: Path, textures: TextureStore) -> list[Surfac
         document = collada.Collada(io.BytesIO(data), ignore=[collada.DaeError])
         unit = float(document.assetInfo.unitmeter or 1.0)
         instances = list(_instances(document))
-        surfaces = [
-            surface for instance in instances for surface in _surfaces(instance, unit, path, textures)
-        ]
+        surfaces = [surface for instance in instances for surface in _surfaces(instance, unit, path, textures)]
     except (collada.DaeError, KeyError, ValueError, IndexError, AttributeError, TypeError) as error:
         raise WorldError(f"{path} is not a COLLADA mesh that can be read: {error}.") from error
     return surfaces
@@ -110,7 +108,9 @@ def _material(target: Any, path: Path, textures: TextureStore) -> Material:
         # Gazebo paints a textured mesh white below its texture.
         shade = (1.0, 1.0, 1.0) if texture is not None else DEFAULT_MATERIAL.diffuse[:3]
         return Material(name, (*shade, alpha), texture, (1.0, 1.0), emissive, specular)
-    return Material(name, (*_rgb(effect.diffuse, DEFAULT_MATERIAL.diffuse[:3]), alpha), None, (1.0, 1.0), emissive, specular)
+    return Material(
+        name, (*_rgb(effect.diffuse, DEFAULT_MATERIAL.diffuse[:3]), alpha), None, (1.0, 1.0), emissive, specular
+    )
 
 
 def _rgb(value: Any, default: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -128,7 +128,9 @@ class _Importer:
                     placed = surface.transformed(T)
                     builder.add(look.on(placed) if look is not None else placed, owner)
         for _, element in named(link.element, "light"):
-            self._add_light(element, T_world_link @ self._local_pose(element, scope, T_link_model, link.where), link.where)
+            self._add_light(
+                element, T_world_link @ self._local_pose(element, scope, T_link_model, link.where), link.where
+            )
 
     def _local_pose(self, element: Element, scope: Scope, T_link_model: FloatArray, where: str) -> FloatArray:
         """T_link_element: its pose is relative to the link unless it names another frame of the model."""
@@ -140,7 +142,11 @@ class _Importer:
             element, where = child, str(self.path)
             pose, relative_to = read_pose(child, where)
             if child.tag == "include":
-                found = self.expander.included_element(child, self.path, where, (where,)) if child.find("uri") is not None else None
+                found = (
+                    self.expander.included_element(child, self.path, where, (where,))
+                    if child.find("uri") is not None
+                    else None
+                )
                 if found is None or found[0].tag != "light":
                     continue
                 element = found[0]

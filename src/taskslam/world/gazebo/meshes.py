@@ -119,7 +119,9 @@ def _surface(mesh: Any, name: str, path: Path, textures: TextureStore) -> Surfac
     # Only normals that the file holds: computed ones would round the edges of a box.
     stored = mesh._cache.cache.get("vertex_normals")
     normals = None if stored is None or len(stored) == 0 else np.asarray(stored, dtype=np.float64)[faces]
-    return Surface(np.asarray(mesh.vertices, np.float64), faces, corner_uv, normals, _material(mesh, path, textures), name)
+    return Surface(
+        np.asarray(mesh.vertices, np.float64), faces, corner_uv, normals, _material(mesh, path, textures), name
+    )
 
 
 def _material(mesh: Any, path: Path, textures: TextureStore) -> Material:

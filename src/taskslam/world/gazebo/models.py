@@ -91,7 +91,9 @@ class Expander:
             self.missing[name] = self.missing.get(name, 0) + 1
             return None
         if str(path) in chain:
-            raise WorldError(f"{path} includes itself: {' -> '.join(Path(p).parent.name for p in [*chain, str(path)])}.")
+            raise WorldError(
+                f"{path} includes itself: {' -> '.join(Path(p).parent.name for p in [*chain, str(path)])}."
+            )
         if len(chain) > _DEEPEST_NESTING:
             raise WorldError(f"{path} is included more than {_DEEPEST_NESTING} files deep.")
         for element in parse_sdf(self.resources.read(path), path):

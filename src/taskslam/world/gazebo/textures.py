@@ -39,7 +39,9 @@ def _as_array(image: Image.Image) -> Texture:
     image = image.convert("RGBA" if transparent else "RGB")
     if max(image.size) > LARGEST_SIDE:
         ratio = LARGEST_SIDE / max(image.size)
-        image = image.resize((max(1, round(image.width * ratio)), max(1, round(image.height * ratio))), Image.Resampling.BOX)
+        image = image.resize(
+            (max(1, round(image.width * ratio)), max(1, round(image.height * ratio))), Image.Resampling.BOX
+        )
     pixels = np.array(image, dtype=np.uint8)
     if pixels.shape[2] == 4 and bool((pixels[..., 3] == 255).all()):
         pixels = np.ascontiguousarray(pixels[..., :3])
