@@ -1,8 +1,9 @@
 """The cache of imported worlds: one file per world, never stale, rebuilt without a word when damaged.
 
-A cached world is one `.npz` archive of plain arrays (nothing pickled) with a JSON text among them. That text lists every file that the
-import read, with size, modification time and SHA-256, and every place where it looked in vain. A world is taken from the
-cache only if all of that is still so: sizes and times are compared first and contents where those differ.
+A cached world is one `.npz` archive of plain arrays (nothing pickled) with a JSON text among them. That text lists
+every file that the import read, with size, modification time and SHA-256, and every place where it looked in vain. A
+world is taken from the cache only if all of that is still so: sizes and times are compared first, contents where they
+differ.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def save_cached(file: Path, world: World, resources: Resources) -> None:
         handle, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.stem}-", suffix=".npz")
         try:
             with os.fdopen(handle, "wb") as out:
-                np.savez(out, header=np.frombuffer(header, np.uint8), **arrays)
+                np.savez(out, allow_pickle=False, header=np.frombuffer(header, np.uint8), **arrays)
             Path(name).replace(file)
         finally:
             Path(name).unlink(missing_ok=True)

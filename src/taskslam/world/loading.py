@@ -28,12 +28,12 @@ def load_world(
 ) -> World:
     """Load a world: the path of a Gazebo world (`.world`, `.sdf`) or the name of a registered world.
 
-    resource_paths: folders to search for models and textures before those of `GZ_SIM_RESOURCE_PATH`, `GAZEBO_MODEL_PATH` and
-    `GAZEBO_RESOURCE_PATH`; the `models` and `photos` folders beside the world are found without them. cache_dir: by default
-    `TASKSLAM_CACHE`, `$XDG_CACHE_HOME/taskslam` or `~/.cache/taskslam`.
+    resource_paths: folders to search for models and textures before `GZ_SIM_RESOURCE_PATH`, `GAZEBO_MODEL_PATH` and
+    `GAZEBO_RESOURCE_PATH`; the `models` and `photos` folders beside the world are found without them. cache_dir: by
+    default `TASKSLAM_CACHE`, `$XDG_CACHE_HOME/taskslam` or `~/.cache/taskslam`.
 
-    The arrays are the same on every load. Raises WorldError if there is no such world or it cannot be read; what is merely
-    missing from it is told in `World.warnings`.
+    The arrays are the same on every load. Raises WorldError if there is no such world or it cannot be read; what is
+    merely missing from it is told in `World.warnings`.
     """
     path = Path(reference).expanduser()
     if path.suffix.lower() not in WORLD_SUFFIXES and not path.is_file():

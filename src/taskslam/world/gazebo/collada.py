@@ -1,7 +1,7 @@
 """COLLADA meshes, as Gazebo reads them: units applied, up-axis not.
 
-Gazebo scales by `<unit meter>` and ignores `<up_axis>` (gazebo-classic issue 1305), so worlds are made for meshes taken as
-they are: the AWS hospital's meshes are marked Y_UP and stand along z. Parsing is pycollada's.
+Gazebo scales by `<unit meter>` and ignores `<up_axis>` (gazebo-classic issue 1305), so worlds are made for meshes taken
+as they are: the AWS hospital's meshes are marked Y_UP and stand along z. Parsing is pycollada's.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def _rgb(value: Any, default: tuple[float, float, float]) -> tuple[float, float,
 
 
 def _opacity(effect: Any) -> float:
-    """Opacity by COLLADA 1.4's opaque modes; a surface that would be wholly invisible is an exporter's slip and is opaque."""
+    """Opacity by COLLADA 1.4's opaque modes; what would be wholly invisible is an exporter's slip and is opaque."""
     transparency = effect.transparency if isinstance(effect.transparency, int | float) else 1.0
     if effect.transparent is None or isinstance(effect.transparent, collada.material.Map):
         return 1.0

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _STRAY_AMPERSAND = re.compile(rb"&(?!#?\w+;)")
 
+Rgba = tuple[float, float, float, float]
 OLDEST_SDF, NEWEST_SDF = (1, 4), (1, 11)
 
 
@@ -84,13 +85,14 @@ def vector(element: Element, tag: str, default: tuple[float, ...], where: str) -
     return list(default) if text is None or not text.strip() else numbers(text, len(default), f"<{tag}> in {where}")
 
 
-def colour(element: Element, tag: str, default: tuple[float, float, float, float], where: str) -> tuple[float, ...]:
+def colour(element: Element, tag: str, default: Rgba, where: str) -> Rgba:
     """RGBA in 0..1 of a child; alpha is 1 where only three numbers are given."""
     text = element.findtext(tag)
     if text is None or not text.strip():
         return default
     values = numbers(text, 3 if len(text.split()) == 3 else 4, f"<{tag}> in {where}")
-    return tuple(min(max(v, 0.0), 1.0) for v in [*values, 1.0][:4])
+    r, g, b, a = (min(max(v, 0.0), 1.0) for v in [*values, 1.0][:4])
+    return r, g, b, a
 
 
 def read_pose(element: Element, where: str) -> tuple[FloatArray, str]:

@@ -1,6 +1,6 @@
 """`import_sdf`: a Gazebo world file as a `World`.
 
-The steps: read the file, expand its includes into models, place models and links (the `<state>` block's poses stand above the
+The steps: read the file, expand its includes into models, place models and links (the poses in `<state>` stand above the
 definitions), turn every visual and collision into triangles, and say in one sentence what was missing.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray, invert_se3
-from taskslam.world.gazebo.document import colour, named, parse_sdf, read_pose
+from taskslam.world.gazebo.document import Rgba, colour, named, parse_sdf, read_pose
 from taskslam.world.gazebo.frames import Scope
 from taskslam.world.gazebo.geometry_element import GeometryReader
 from taskslam.world.gazebo.lights import read_light
@@ -35,8 +35,8 @@ _AMBIENT, _BACKGROUND = (0.4, 0.4, 0.4, 1.0), (0.7, 0.7, 0.7, 1.0)
 def import_sdf(path: Path, resources: Resources) -> World:
     """The world in an SDF file (1.4 to 1.11), named after the file.
 
-    A file with only a model gives a world of that model. Raises WorldError for files that cannot be read, are malformed or reach
-    out of their folders; models, meshes and textures that are merely absent become a warning.
+    A file with only a model gives a world of that model. Raises WorldError for files that cannot be read, are malformed
+    or reach out of their folders; models, meshes and textures that are merely absent become a warning.
     """
     root = parse_sdf(resources.read(path), path)
     world = root.find("world")
@@ -138,22 +138,10 @@ class _Importer:
         return T_link_model @ scope.resolve(relative_to) @ pose if relative_to else pose
 
     def _add_lights(self, world: Element, scope: Scope, state: dict[str, FloatArray], deleted: set[str]) -> None:
-        for child in world:
-            element, where = child, str(self.path)
-            pose, relative_to = read_pose(child, where)
-            if child.tag == "include":
-                found = (
-                    self.expander.included_element(child, self.path, where, (where,))
-                    if child.find("uri") is not None
-                    else None
-                )
-                if found is None or found[0].tag != "light":
-                    continue
-                element = found[0]
-                if child.find("pose") is None:
-                    pose, relative_to = read_pose(element, where)
-            elif child.tag != "light":
-                continue
+        where = str(self.path)
+        own = [(element, *read_pose(element, f"<light> in {where}")) for element in world.findall("light")]
+        included = [(light.element, light.pose, light.relative_to) for light in self.expander.lights]
+        for element, pose, relative_to in own + included:
             name = (element.get("name") or "").strip()
             if name not in deleted:
                 self._add_light(element, state.get(name, scope.resolve(relative_to) @ pose), where)
@@ -163,9 +151,7 @@ class _Importer:
         if light is not None:
             self.lights.append(light)
 
-    def _scene_colour(
-        self, world: Element, tag: str, default: tuple[float, float, float, float]
-    ) -> tuple[float, float, float]:
+    def _scene_colour(self, world: Element, tag: str, default: Rgba) -> tuple[float, float, float]:
         scene = world.find("scene")
         r, g, b = (default if scene is None else colour(scene, tag, default, f"<scene> of {self.path}"))[:3]
         return r, g, b

@@ -24,7 +24,7 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 @dataclass(frozen=True)
 class Look:
-    """A material and how its texture lies: repeats over 0..1 (`repeat`), or metres per repeat where `tile` is above 0."""
+    """A material and how its texture lies: `repeat` times over 0..1, or once in `tile` metres where that is above 0."""
 
     material: Material
     repeat: tuple[float, float] = (1.0, 1.0)
@@ -79,8 +79,8 @@ class MaterialReader:
         if not albedo and not coloured:
             return None
         texture = self.textures.find(albedo, folder) if albedo else None
-        ambient = colour(element, "ambient", _WHITE, where)
-        r, g, b, a = colour(element, "diffuse", _WHITE if albedo else (*ambient[:3], 1.0), where)
+        ambient = _WHITE if albedo else colour(element, "ambient", _WHITE, where)
+        r, g, b, a = colour(element, "diffuse", ambient, where)
         e = colour(element, "emissive", (0.0, 0.0, 0.0, 1.0), where)
         s = colour(element, "specular", (0.0, 0.0, 0.0, 1.0), where)
         name = f"{folder.name}/{Path(albedo.strip()).name or 'colour'}"

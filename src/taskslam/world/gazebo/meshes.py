@@ -79,10 +79,10 @@ class _Resolver(trimesh.resolvers.Resolver):  # type: ignore[misc]
             raise FileNotFoundError(name)
         return self._resources.read(path)
 
-    def write(self, name: str, data: bytes) -> None:
+    def write(self, name: str, data: bytes) -> None:  # noqa: ARG002 - trimesh's interface
         raise PermissionError(name)
 
-    def namespaced(self, namespace: str) -> _Resolver:
+    def namespaced(self, namespace: str) -> _Resolver:  # noqa: ARG002
         return self
 
     def keys(self) -> list[str]:
@@ -107,7 +107,7 @@ def _read_by_trimesh(data: bytes, path: Path, resources: Resources, textures: Te
                 surfaces.append(_surface(mesh, "\n".join(names), path, textures).transformed(turn @ np.asarray(T)))
     except WorldError:
         raise
-    except Exception as error:  # noqa: BLE001 - trimesh raises whatever its parsers meet in a damaged file
+    except Exception as error:  # trimesh raises whatever its parsers meet in a damaged file
         raise WorldError(f"{path} is not a {path.suffix[1:].upper()} mesh that can be read: {error}.") from error
     return surfaces
 

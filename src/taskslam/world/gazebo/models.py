@@ -45,13 +45,28 @@ class Model:
     models: list[Model] = field(default_factory=list)
 
 
+@dataclass(frozen=True)
+class IncludedLight:
+    """A `<light>` that an `<include>` brought; pose: T_scope_light, relative to the frame `relative_to`."""
+
+    element: Element
+    pose: FloatArray
+    relative_to: str
+
+
 @dataclass
 class Expander:
-    """Builds models from elements. Models that no resource path has are counted in `missing` and left out."""
+    """Builds models from elements.
+
+    Models that no resource path has are counted in `missing` and left out; lights that files of their own define are put
+    in `lights`.
+    """
 
     resources: Resources
     missing: dict[str, int] = field(default_factory=dict)
     unsupported: dict[str, int] = field(default_factory=dict)
+    lights: list[IncludedLight] = field(default_factory=list)
+    _documents: dict[Path, Element] = field(default_factory=dict)
 
     def models_in(self, parent: Element, file: Path, scope: Scope, chain: Sequence[str]) -> list[Model]:
         """Models defined in or included by an element, in document order; their frames are added to the scope."""
@@ -70,7 +85,7 @@ class Expander:
             models.append(model)
         return models
 
-    def included_element(
+    def _included_element(
         self, include: Element, file: Path, where: str, chain: Sequence[str]
     ) -> tuple[Element, Path, tuple[str, ...]] | None:
         """What an `<include>` brings (model, light or actor), its file and the chain of files to it; None if missing.
@@ -96,16 +111,22 @@ class Expander:
             )
         if len(chain) > _DEEPEST_NESTING:
             raise WorldError(f"{path} is included more than {_DEEPEST_NESTING} files deep.")
-        for element in parse_sdf(self.resources.read(path), path):
+        if path not in self._documents:
+            self._documents[path] = parse_sdf(self.resources.read(path), path)
+        for element in self._documents[path]:
             if element.tag in ("model", "light", "actor"):
                 return element, path, (*chain, str(path))
         raise WorldError(f"{path} holds no <model>, so that it cannot be included.")
 
     def _include(self, include: Element, file: Path, where: str, chain: Sequence[str]) -> Model | None:
-        found = self.included_element(include, file, where, chain)
-        if found is None or found[0].tag == "light":
-            return None  # lights are read by the importer
+        found = self._included_element(include, file, where, chain)
+        if found is None:
+            return None
         element, path, inner_chain = found
+        if element.tag == "light":
+            source = include if include.find("pose") is not None else element
+            self.lights.append(IncludedLight(element, *read_pose(source, f"<include> in {where}")))
+            return None
         if element.tag == "actor":
             self.unsupported["<actor>"] = self.unsupported.get("<actor>", 0) + 1
             return None
@@ -127,7 +148,7 @@ class Expander:
         return model
 
     def _fill(self, model: Model, element: Element, file: Path, chain: Sequence[str], base: str) -> None:
-        """Add an element's links, frames, joints and nested models to a model; poses without a frame are relative to `base`."""
+        """Add an element's parts to a model; poses that name no frame are relative to `base`."""
         scope, where = model.scope, f"model '{model.name}' in {file}"
         for name, link in named(element, "link"):
             pose, relative_to = read_pose(link, f"link '{name}' of {where}")
@@ -148,7 +169,7 @@ class Expander:
 
     def _merge(self, model: Model, include: Element, file: Path, chain: Sequence[str], base: str) -> None:
         """`<include merge="true">`: the included model's parts become parts of this one."""
-        found = self.included_element(include, file, f"model '{model.name}' in {file}", chain)
+        found = self._included_element(include, file, f"model '{model.name}' in {file}", chain)
         if found is None or found[0].tag != "model":
             return
         element, path, inner_chain = found

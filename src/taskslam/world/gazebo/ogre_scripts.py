@@ -1,7 +1,7 @@
 """Ogre material scripts: the few lines that say how a surface looks.
 
-Source of the grammar: the OGRE manual, "Material Scripts". Read are the first pass of each material (its colours and its first
-`texture_unit` with a texture) and inheritance; programs, filters and further passes are passed over.
+Source of the grammar: the OGRE manual, "Material Scripts". Read are the colours and the first texture of each material,
+and inheritance; programs, filters and further textures are passed over.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-_TOKEN = re.compile(r'"[^"]*"|[{}]|\n|[^\s{}"]+')
+_PART = re.compile(r'"[^"]*"|[{}]|\n|[^\s{}"]+')
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
@@ -51,15 +51,15 @@ def parse_material_script(text: str) -> dict[str, OgreMaterial]:
 def _lines(text: str) -> Iterator[list[str]]:
     """Words line by line; braces stand alone."""
     words: list[str] = []
-    for token in [*_TOKEN.findall(text), "\n"]:
-        if token in ("\n", "{", "}"):
+    for part in [*_PART.findall(text), "\n"]:
+        if part in ("\n", "{", "}"):
             if words:
                 yield words
             words = []
-            if token != "\n":
-                yield [token]
+            if part in ("{", "}"):
+                yield [part]
         else:
-            words.append(token.strip('"'))
+            words.append(part.strip('"'))
 
 
 def _with_attribute(material: OgreMaterial, line: list[str]) -> OgreMaterial:

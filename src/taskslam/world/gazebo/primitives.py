@@ -69,7 +69,7 @@ def capsule(radius: float, length: float) -> list[Surface]:
 
 
 def _lathe(latitude: FloatArray, radii: tuple[float, float, float], stretch: float) -> Surface:
-    """Surface of revolution of an ellipse; the half with latitude above the middle is moved up by `stretch`, the other down."""
+    """Ellipsoid by (L,) latitudes, its upper half moved up by `stretch` and its lower half down."""
     longitude = np.linspace(0.0, 2.0 * math.pi, _SEGMENTS + 1)
     la, lo = np.meshgrid(latitude, longitude, indexing="ij")
     unit = np.stack([np.cos(la) * np.cos(lo), np.cos(la) * np.sin(lo), np.sin(la)], axis=-1)

@@ -184,6 +184,6 @@ def _refuse_escape(path: str, uri: str, where: str) -> None:
 
 
 def _inside(root: Path, path: str) -> Path | None:
-    """root / path if that stays in root, else None; judged by the text alone, so that symbolic links are free."""
+    """The path below root if it stays there, else None; judged by its text, so that symbolic links may lead on."""
     joined = Path(os.path.normpath(root / path))
     return joined if joined.is_relative_to(root) else None

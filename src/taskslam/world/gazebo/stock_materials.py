@@ -1,7 +1,7 @@
 """Stand-ins for the materials that come with Gazebo (`Gazebo/Grey`, `Gazebo/Bricks` and so on).
 
-Worlds name them, but their images belong to Gazebo. Colours are those that the names promise; brick, wood and the other patterns
-are generated and repeat at a true size, so that a long wall shows bricks and not one stretched picture.
+Worlds name them, but their images belong to Gazebo. Colours are those that the names promise; brick, wood and the other
+patterns are generated and repeat at a true size, so that a long wall shows bricks and not one stretched picture.
 """
 
 from __future__ import annotations
@@ -113,11 +113,13 @@ def _planks(size: int = 1024) -> Texture:
     shade = rng.normal(1.0, 0.10, planks)[row][:, None]
     gap = np.minimum(np.arange(size) * planks / size % 1.0, 1.0 - np.arange(size) * planks / size % 1.0)[:, None]
     tone = (1.0 + grain + rings) * shade * np.where(gap < 0.012, 0.45, 1.0)
-    return np.clip(np.array([168.0, 122.0, 78.0]) * tone[..., None], 0, 255).astype(np.uint8)
+    pixels: Texture = np.clip(np.array([168.0, 122.0, 78.0]) * tone[..., None], 0, 255).astype(np.uint8)
+    return pixels
 
 
 @cache
 def _speckle(base: tuple[int, int, int], size: int = 512) -> Texture:
     rng = np.random.Generator(np.random.PCG64(sum(base)))
     tone = 1.0 + 0.12 * _smooth_noise(rng, size, 256, 256) + 0.10 * _smooth_noise(rng, size, 16, 16)
-    return np.clip(np.array(base, dtype=np.float64) * tone[..., None], 0, 255).astype(np.uint8)
+    pixels: Texture = np.clip(np.array(base, dtype=np.float64) * tone[..., None], 0, 255).astype(np.uint8)
+    return pixels

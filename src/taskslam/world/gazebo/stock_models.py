@@ -9,7 +9,8 @@ STOCK_MODELS = {
       <attenuation><range>1000</range><constant>0.9</constant><linear>0.01</linear><quadratic>0.001</quadratic></attenuation>
       <direction>-0.5 0.1 -0.9</direction></light></sdf>""",
     "ground_plane": """<sdf version="1.6"><model name="ground_plane"><static>true</static><link name="link">
-      <collision name="collision"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></collision>
+      <collision name="collision"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
+      </collision>
       <visual name="visual"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
       <material><script><name>Gazebo/Grey</name></script></material></visual></link></model></sdf>""",
 }

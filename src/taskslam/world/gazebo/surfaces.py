@@ -48,13 +48,16 @@ class Surface:
 
 
 def check_surface(surface: Surface, where: str) -> Surface:
-    """The surface without zero-area triangles and with unit normals; raises WorldError for NaN, infinite or absent vertices."""
+    """The surface without zero-area triangles and with unit normals.
+
+    Raises WorldError for NaN, infinite or absent vertices.
+    """
     if len(surface.triangles) and (
         surface.triangles.min(initial=0) < 0 or surface.triangles.max(initial=0) >= len(surface.vertices)
     ):
         raise WorldError(f"Mesh {where} refers to vertices that it does not have.")
     used = surface.vertices[surface.triangles]
-    bad = ~np.isfinite(used).all(axis=(1, 2))
+    bad = ~np.isfinite(used.reshape(-1, 9)).all(axis=1)
     if bad.any():
         raise WorldError(f"Mesh {where} has NaN or infinite vertices in {bad.sum()} of {len(bad)} triangles.")
     face = np.cross(used[:, 1] - used[:, 0], used[:, 2] - used[:, 0])
