@@ -1,7 +1,7 @@
 """Recorded drives for tests: a planar world of walls, a robot that tours waypoints in it, its scans and odometry.
 
-The sensors follow the turtlebot2 preset: 1024 beams, 10 m, sigma 1 cm, ranges in whole centimetres, 10 Hz; odometry with
-gyro-integrated heading (protocol 4.6). A stand-in for the simulator that needs no world and no ray tracer.
+The sensors follow the turtlebot2 preset: 1024 beams, 10 m, sigma 1 cm, ranges in whole centimetres, 10 Hz; odometry
+with gyro-integrated heading (protocol 4.6). A stand-in for the simulator that needs no world and no ray tracer.
 """
 
 from __future__ import annotations

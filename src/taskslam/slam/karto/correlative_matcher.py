@@ -9,14 +9,18 @@ scatter of the poses that are nearly as good as the best (Olson 2009, eq. 10; Op
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from taskslam.geometry import FloatArray, wrap
 from taskslam.slam.karto.correlation_grid import FULL, Bytes, CorrelationGrid
-from taskslam.slam.karto.scan_points import ScanPoints, thin
+from taskslam.slam.karto.scan_points import Points, ScanPoints, thin
 from taskslam.slam.karto.settings import KartoSettings
+
+AnyFloats = npt.NDArray[np.floating[Any]]
 
 PENALTY_GAIN = 0.2  # OpenKarto's DISTANCE_PENALTY_GAIN and ANGLE_PENALTY_GAIN
 WORST_VARIANCE = 500.0  # OpenKarto's MAX_VARIANCE: nothing is known
@@ -69,63 +73,37 @@ class CorrelativeMatcher:
         """Best pose of the base near `predicted` (3,) against the reference last shown."""
         s = self._settings
         thinned = scan.points[thin(scan.points, self._thinning)]
+        window = self._half, self._coarse_step
         half_angle = s.coarse_search_angle_offset
-        best, response, volume = self._search(
-            thinned,
-            predicted,
-            predicted,
-            self._half,
-            self._coarse_step,
-            half_angle,
-            s.coarse_angle_resolution,
-            penalize,
+        best, response = self._search(
+            thinned, predicted, predicted, window, (half_angle, s.coarse_angle_resolution), penalize
         )
         for _ in range(3):
             if response > 1e-6 or not s.use_response_expansion:
                 break
             half_angle += float(_EXPANSION)
-            best, response, volume = self._search(
-                thinned,
-                predicted,
-                predicted,
-                self._half,
-                self._coarse_step,
-                half_angle,
-                s.coarse_angle_resolution,
-                penalize,
+            best, response = self._search(
+                thinned, predicted, predicted, window, (half_angle, s.coarse_angle_resolution), penalize
             )
         covariance = self._covariance(thinned, predicted, best, penalize)
         if fine:
-            step = self.grid.resolution
-            best, response, _ = self._search(
-                scan.points,
-                best,
-                predicted,
-                self._coarse_step / 2,
-                step,
-                s.coarse_angle_resolution / 2,
-                s.fine_search_angle_offset,
-                penalize,
-            )
+            window = self._coarse_step / 2, self.grid.resolution
+            turn = s.coarse_angle_resolution / 2, s.fine_search_angle_offset
+            best, response = self._search(scan.points, best, predicted, window, turn, penalize)
         best[2] = wrap(best[2])
         return Match(best, min(response, 1.0), covariance)
 
-    def response(self, scan: ScanPoints, pose: FloatArray) -> float:
-        """Response of one pose (3,) against the reference last shown, without penalty."""
-        _, response, _ = self._search(scan.points, pose, pose, 0.0, 1.0, 0.0, 1.0, penalize=False)
-        return response
-
     def _search(
         self,
-        points: FloatArray,
+        points: Points,
         centre: FloatArray,
         predicted: FloatArray,
-        half: float,
-        step: float,
-        half_angle: float,
-        angle_step: float,
+        window: tuple[float, float],
+        turn: tuple[float, float],
         penalize: bool,
-    ) -> tuple[FloatArray, float, FloatArray]:
+    ) -> tuple[FloatArray, float]:
+        """Best pose and its response; window: half size and step in metres; turn: half range and step in radians."""
+        (half, step), (half_angle, angle_step) = window, turn
         n, n_angle = round(half / step), round(half_angle / angle_step)
         shifts = np.arange(-n, n + 1) * step
         angles = np.arange(-n_angle, n_angle + 1) * angle_step
@@ -137,16 +115,16 @@ class CorrelativeMatcher:
         a, y, x = np.nonzero(volume >= top - 1e-9)
         central = np.argmin(np.abs(a - n_angle) * 1e-3 + (y - n) ** 2 + (x - n) ** 2)
         best = centre + np.array([shifts[x[central]], shifts[y[central]], angles[a[central]]])
-        return best, float(top), volume
+        return best, float(top)
 
-    def _penalties(self, offset: FloatArray, shifts: FloatArray, angles: FloatArray) -> FloatArray:
+    def _penalties(self, offset: FloatArray, shifts: AnyFloats, angles: AnyFloats) -> FloatArray:
         p = self._penalty
         squared = (offset[0] + shifts[None, :]) ** 2 + (offset[1] + shifts[:, None]) ** 2
         distance = np.maximum(1.0 - PENALTY_GAIN * squared / p.distance_variance, p.minimum_distance)
         angle = np.maximum(1.0 - PENALTY_GAIN * (offset[2] + angles) ** 2 / p.angle_variance, p.minimum_angle)
         return np.asarray(angle[:, None, None] * distance[None, :, :])
 
-    def _covariance(self, points: FloatArray, predicted: FloatArray, best: FloatArray, penalize: bool) -> FloatArray:
+    def _covariance(self, points: Points, predicted: FloatArray, best: FloatArray, penalize: bool) -> FloatArray:
         """(3, 3): x and y over the window at the best heading, heading at the best place."""
         s = self._settings
         step = 2 * self.grid.resolution
@@ -186,7 +164,7 @@ def _responses(
     grid: Bytes,
     origin: FloatArray,
     resolution: float,
-    points: FloatArray,
+    points: Points,
     centre: FloatArray,
     shifts: FloatArray,
     angles: FloatArray,

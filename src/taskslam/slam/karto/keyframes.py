@@ -9,7 +9,7 @@ import numpy.typing as npt
 from numba import njit
 
 from taskslam.geometry import FloatArray
-from taskslam.slam.karto.scan_points import ScanPoints
+from taskslam.slam.karto.scan_points import Points, ScanPoints
 
 Ids = npt.NDArray[np.int64]
 
@@ -56,7 +56,7 @@ class Keyframes:
 
     def distances(self, place: FloatArray) -> FloatArray:
         """(N,) planar distance in metres of every keyframe to (2+,) place."""
-        return np.hypot(self.poses[:, 0] - place[0], self.poses[:, 1] - place[1])
+        return np.asarray(np.hypot(self.poses[:, 0] - place[0], self.poses[:, 1] - place[1]))
 
     def reference(self, numbers: list[int], viewpoint: FloatArray) -> Reference:
         """Hits of these keyframes that can be seen from (2+,) viewpoint.
@@ -73,8 +73,8 @@ class Keyframes:
         return Reference(points[:count], normals[:count])
 
 
-def _compact(values: FloatArray) -> FloatArray:
-    return values.astype(np.float32)  # type: ignore[return-value]  # read back as float64 by arithmetic
+def _compact(values: Points) -> npt.NDArray[np.float32]:
+    return values.astype(np.float32)
 
 
 def runs(numbers: Ids) -> list[Ids]:

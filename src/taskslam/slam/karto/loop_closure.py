@@ -1,7 +1,7 @@
 """Loop closure: is the robot back at a place that the graph does not yet know to be near?
 
-OpenKarto's TryCloseLoop: chains of consecutive keyframes within loop_search_maximum_distance that cannot be reached over
-edges inside that circle; a coarse match in a wide window, then a fine one; each accepted chain gives one edge.
+OpenKarto's TryCloseLoop: chains of consecutive keyframes within loop_search_maximum_distance that cannot be reached
+over edges inside that circle; a coarse match in a wide window, then a fine one; each accepted chain gives one edge.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ import io
 import os
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from taskslam.slam.karto.settings import KartoSettings
 FORMAT = "taskslam karto map"
 VERSION = 1
 
-Arrays = dict[str, npt.NDArray[np.generic]]
+Arrays = dict[str, npt.NDArray[Any]]
 
 
 def write_map(path: Path, mapper: Mapper, settings: KartoSettings) -> None:

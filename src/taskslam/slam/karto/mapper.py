@@ -9,7 +9,7 @@ import numpy as np
 from taskslam.geometry import FloatArray, compose, invert, wrap
 from taskslam.slam.base import Status
 from taskslam.slam.karto.correlative_matcher import CorrelativeMatcher, Match
-from taskslam.slam.karto.keyframes import Keyframes, runs
+from taskslam.slam.karto.keyframes import Ids, Keyframes, runs
 from taskslam.slam.karto.loop_closure import LoopCloser, nearest_of
 from taskslam.slam.karto.pose_graph import PoseGraph
 from taskslam.slam.karto.scan_points import ScanPoints
@@ -130,7 +130,7 @@ class Mapper:
         return Outcome(refined.copy(), Status.TRACKING, self._covariance.copy())
 
     def _match_buffer(self, scan: ScanPoints, predicted: FloatArray) -> Match | None:
-        """Match against the running-scan buffer, refined below the grid's cell; None if the scan does not fit at all."""
+        """Match against the running-scan buffer, refined below a cell; None if the scan does not fit."""
         match = self._match_keyframes(self.buffer, scan, predicted, penalize=True)
         self._stale = False
         return match if match.response >= _TRACKING_RESPONSE else None
@@ -177,7 +177,7 @@ class Mapper:
         return self._covariance.copy()
 
     def _settle(self, scan: ScanPoints, match: Match, whole_turn: bool) -> None:
-        """At a gate: agree with near chains, then pass a keyframe that is there already or add one, then close loops."""
+        """At a gate: agree with near chains, pass the keyframe that is there or add one, close loops."""
         s = self._settings
         last = self.buffer[-1]
         distances = self.keyframes.distances(match.pose)
@@ -192,7 +192,7 @@ class Mapper:
             return
         self._close_loops(scan, self._insert(scan, match, chains), match, chains)
 
-    def _familiar(self, linked: np.ndarray, response: float, whole_turn: bool) -> int | None:
+    def _familiar(self, linked: Ids, response: float, whole_turn: bool) -> int | None:
         """The keyframe that already shows this place, or None."""
         s = self._settings
         if not s.reuse_keyframes or response < _FAMILIAR_RESPONSE:
@@ -205,9 +205,9 @@ class Mapper:
         return int(linked[nearest]) if distances[nearest] < s.minimum_travel_distance else None
 
     def _match_near_chains(
-        self, scan: ScanPoints, match: Match, linked: np.ndarray, distances: FloatArray
+        self, scan: ScanPoints, match: Match, linked: Ids, distances: FloatArray
     ) -> list[tuple[int, Match]]:
-        """(nearest keyframe, match) for each chain close by that the buffer does not show (OpenKarto's LinkNearChains)."""
+        """(nearest keyframe, match) for each near chain that the buffer does not show (OpenKarto's LinkNearChains)."""
         s = self._settings
         shown = set(self.buffer)
         chains = [c for c in runs(linked) if not shown.intersection(int(k) for k in c)]
@@ -223,7 +223,7 @@ class Mapper:
         return found
 
     def _insert(self, scan: ScanPoints, match: Match, chains: list[tuple[int, Match]]) -> int:
-        """A new keyframe at the live pose, linked to the one passed last, the nearest of the buffer, and near chains."""
+        """A new keyframe at the live pose, linked to the last one, the nearest of the buffer, and near chains."""
         s = self._settings
         last = self.buffer[-1]
         distances = self.keyframes.distances(self.pose)
@@ -272,7 +272,7 @@ class Mapper:
             self.loops_closed += 1
             return  # what remains is near-linked now, or found again at the next keyframe
 
-    def _refined_closure(self, match: Match, chain: np.ndarray, scan: ScanPoints) -> FloatArray:
+    def _refined_closure(self, match: Match, chain: Ids, scan: ScanPoints) -> FloatArray:
         if not self._settings.refine_match:
             return match.pose
         members = nearest_of(chain, self.keyframes.distances(match.pose), self._settings.scan_buffer_size)

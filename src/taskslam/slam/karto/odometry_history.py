@@ -1,4 +1,7 @@
-"""Wheel odometry of the last seconds, read at any instant: between samples by interpolation, after the newest by its velocity."""
+"""Wheel odometry of the last seconds, read at any instant.
+
+Between samples by interpolation, after the newest by its velocity.
+"""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from taskslam.slam.karto.keyframes import Ids
 class Edge:
     """A match of keyframe `target` against `source`: (3,) pose of target in source and its (3, 3) covariance.
 
-    strong: whether it makes the two neighbours; an edge by odometry alone does not, so that loops are searched across it.
+    strong: whether it makes the two neighbours; an edge by odometry alone does not: loops are searched across it.
     """
 
     source: int

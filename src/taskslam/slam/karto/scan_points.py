@@ -11,6 +11,8 @@ from numba import njit
 from taskslam.geometry import FloatArray
 from taskslam.measurements import LaserScan
 
+Points = npt.NDArray[np.float64] | npt.NDArray[np.float32]
+
 _REACH = 0.12  # metres of neighbouring hits on either side that tell a hit's surface direction
 _MAXIMUM_NEIGHBOURS = 24
 
@@ -23,8 +25,8 @@ class ScanPoints:
     not form a line. sensor: (2,) position of the laser.
     """
 
-    points: FloatArray
-    normals: FloatArray
+    points: Points
+    normals: Points
     sensor: FloatArray
 
     def __len__(self) -> int:
@@ -112,7 +114,7 @@ def _surface_normals(points: FloatArray, sensor: FloatArray, whole_turn: bool) -
 
 
 @njit(cache=True)
-def thin(points: FloatArray, spacing: float) -> npt.NDArray[np.int64]:
+def thin(points: Points, spacing: float) -> npt.NDArray[np.int64]:
     """Indices of a subset in which neighbours in scan order lie at least `spacing` metres apart."""
     kept = np.empty(points.shape[0], np.int64)
     count = 0

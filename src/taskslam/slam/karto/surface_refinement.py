@@ -2,8 +2,8 @@
 
 A correlative match is no finer than its grid (1 cm, 0.2 degrees), which the benchmark would read as imprecision. This
 moves the match to where the hits lie on the lines through the reference hits (point-to-line metric: Censi 2008, ICRA;
-lines from the local mean and scatter of the hits: Biber and Strasser 2003, IROS). The predicted pose takes part with a weak prior,
-so that a direction that the walls leave open (along a corridor) stays as predicted.
+lines from the local mean and scatter of the hits: Biber and Strasser 2003, IROS). The predicted
+pose takes part with a weak prior, so that a direction that the walls leave open (along a corridor) stays as predicted.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from numba import njit
 
 from taskslam.geometry import FloatArray
-from taskslam.slam.karto.scan_points import ScanPoints
+from taskslam.slam.karto.scan_points import Points, ScanPoints
 
 CELL = 0.05  # metres; a line is fitted to the hits of 3 x 3 cells
 _NOISE = 0.015  # metres: hit noise and line error
@@ -67,10 +67,11 @@ class SurfaceMap:
         return Refined(pose, np.linalg.inv(information), share)
 
 
-def _weights(points: FloatArray, sensor: FloatArray) -> FloatArray:
+def _weights(points: Points, sensor: FloatArray) -> FloatArray:
     """(N,) weights that keep near walls, where hits crowd, from outvoting far ones, which tell the heading.
 
-    Leaving out crowded hits instead would choose among noisy ones by their noise, and that pulled the heading by 0.08 degrees.
+    Leaving out crowded hits instead would choose among noisy ones by their noise: that pulled the heading by
+    0.08 degrees.
     """
     distance = np.hypot(points[:, 0] - sensor[0], points[:, 1] - sensor[1])
     return np.asarray(np.minimum(1.0, distance / _FULL_WEIGHT))
