@@ -9,7 +9,7 @@ from pathlib import Path
 from taskslam.errors import RecordError
 from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
 from taskslam.evaluation.run_metrics import run_metrics
-from taskslam.record import find_partial_runs, find_runs, load_run
+from taskslam.record import RunRecord, find_partial_runs, find_runs, load_run
 
 
 def evaluate_runs(paths: Sequence[Path], upstream_compat: bool = False) -> MetricsFile:
@@ -18,17 +18,28 @@ def evaluate_runs(paths: Sequence[Path], upstream_compat: bool = False) -> Metri
     A run that cannot be read, or was left half-written, is named in `left_out` with the reason, and the rest is
     evaluated. Raises RecordError if a folder does not exist or holds no run at all.
     """
+    runs, left_out = read_runs(paths, upstream_compat)
+    return MetricsFile(
+        definitions="upstream" if upstream_compat else "paper",
+        runs=tuple(metrics for _, metrics in runs),
+        left_out=left_out,
+    )
+
+
+def read_runs(
+    paths: Sequence[Path], upstream_compat: bool = False
+) -> tuple[list[tuple[RunRecord, RunMetrics]], tuple[LeftOut, ...]]:
+    """Records and metrics of all finished runs, and what was left out; as `evaluate_runs`."""
     found, partial = _find(paths)
-    runs: list[RunMetrics] = []
-    left_out = [LeftOut(directory=name, reason="half-written: the run was stopped") for name in sorted(partial)]
+    runs: list[tuple[RunRecord, RunMetrics]] = []
+    left_out = [LeftOut(directory=name, reason="half-written: the run was stopped") for name in partial]
     for name in sorted(found):
         try:
-            runs.append(run_metrics(load_run(found[name]), name, upstream_compat))
+            record = load_run(found[name])
+            runs.append((record, run_metrics(record, name, upstream_compat)))
         except RecordError as error:
             left_out.append(LeftOut(directory=name, reason=str(error)))
-    return MetricsFile(
-        definitions="upstream" if upstream_compat else "paper", runs=tuple(runs), left_out=tuple(left_out)
-    )
+    return runs, tuple(left_out)
 
 
 def _find(paths: Sequence[Path]) -> tuple[dict[str, Path], list[str]]:

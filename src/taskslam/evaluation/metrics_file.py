@@ -138,6 +138,11 @@ class RunMetrics(_Part):
     notices: int
     journal_truncated: bool
 
+    def round_name(self, number: int) -> str:
+        """`priming round`, or the round by its place among those that count: `round 1` to `round M`."""
+        counted = [summary.round for summary in self.round_summaries if not summary.priming]
+        return f"round {counted.index(number) + 1}" if number in counted else "priming round"
+
 
 class LeftOut(_Part):
     """A folder that could not be evaluated, and why."""

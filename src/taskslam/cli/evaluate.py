@@ -1,0 +1,145 @@
+"""`taskslam evaluate`: tables on the screen, metrics.json in the folder."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from taskslam.evaluation import MetricsFile, RunMetrics
+
+
+def evaluate(
+    directory: Annotated[Path, typer.Argument(help="A run directory, or a folder that holds some at any depth.")],
+    upstream_compat: Annotated[
+        bool, typer.Option("--upstream-compat", help="Compute as the published code does, where it differs.")
+    ] = False,
+    waypoints: Annotated[bool, typer.Option(help="Show every waypoint, or the summary alone.")] = True,
+) -> None:
+    """Evaluate finished runs: tables on the screen, metrics.json in DIRECTORY.
+
+    A run that cannot be read is named and left out.
+
+    Examples:
+        taskslam evaluate results
+
+        taskslam evaluate results/aws_small_house/karto/with-map/seed0 --upstream-compat
+    """
+    from rich.console import Console
+
+    from taskslam.evaluation import evaluate_runs, write_metrics
+
+    metrics = evaluate_runs([directory], upstream_compat)
+    path = write_metrics(directory, metrics)
+    console = Console(highlight=False)
+    if waypoints:
+        for run in metrics.runs:
+            console.print(_waypoint_table(run))
+            _print_failures(console, run)
+            console.print()
+    if metrics.runs:
+        console.print(_summary_table(metrics))
+    for left in metrics.left_out:
+        typer.echo(f"Left out {directory / left.directory}: {left.reason}", err=True)
+    typer.echo(f"Metrics: {path}")
+
+
+def _summary_table(metrics: MetricsFile) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title="Runs", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("scenario", "method", "mode", "seed"):
+        table.add_column(name, no_wrap=True)
+    for name in (
+        "complete",
+        "E cm",
+        "e cm",
+        "Δ °",
+        "δ °",
+        "N-AUC",
+        "exact",
+        "failures",
+        "sim. min",
+        "× real",
+        "dropped",
+    ):
+        table.add_column(name, justify="right", no_wrap=True)
+    for run in metrics.runs:
+        table.add_row(
+            run.scenario,
+            run.method,
+            run.mode,
+            str(run.seed),
+            f"{run.complete_waypoints}/{run.planned_waypoints}",
+            _centimetres(run.position.precision_m),
+            _centimetres(run.position.accuracy_m),
+            _degrees(run.orientation.precision_rad),
+            _degrees(run.orientation.accuracy_rad),
+            _plain(run.n_auc.published, 3),
+            _plain(run.n_auc.exact, 3),
+            str(len(run.failures)),
+            f"{run.simulated_s / 60:.1f}",
+            _plain(run.real_time_factor, 1),
+            str(run.dropped_frames),
+        )
+    table.caption = (
+        "E, Δ: how far arrivals lie from their mean; e, δ: from the goal; means over waypoints reached in every round."
+        + (" Published code's formulas." if metrics.definitions == "upstream" else "")
+    )
+    table.caption_justify = "left"
+    return table
+
+
+def _waypoint_table(run: RunMetrics) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    title = f"{run.scenario} · {run.method} · {run.mode} · seed {run.seed}"
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    names = ("waypoint", "visits", "E cm", "e cm", "Δ °", "δ °", "control cm", "estimation cm")
+    for name in names:
+        table.add_column(name, justify="right", no_wrap=True)
+    for waypoint in run.waypoints:
+        table.add_row(
+            str(waypoint.goal + 1),
+            f"{waypoint.visits}/{waypoint.rounds}",
+            _centimetres(waypoint.position.precision_m),
+            _centimetres(waypoint.position.accuracy_m),
+            _degrees(waypoint.orientation.precision_rad),
+            _degrees(waypoint.orientation.accuracy_rad),
+            _centimetres(waypoint.control.position_m),
+            _centimetres(waypoint.estimation.position_m),
+            style=None if waypoint.complete else "dim",
+        )
+    return table
+
+
+def _print_failures(console: Console, run: RunMetrics) -> None:
+    from rich.text import Text
+
+    for failure in run.failures:
+        console.print(
+            Text.assemble(
+                (f"  {failure.outcome}", "bold red"),
+                f"  {run.round_name(failure.round)}, waypoint {failure.goal + 1}, at {failure.t_s:.0f} s: {failure.detail}",
+            )
+        )
+
+
+def _centimetres(value: float | None) -> str:
+    return _plain(None if value is None else value * 100, 2)
+
+
+def _degrees(value: float | None) -> str:
+    return _plain(None if value is None else math.degrees(value), 2)
+
+
+def _plain(value: float | None, digits: int) -> str:
+    return "–" if value is None else f"{value:.{digits}f}"

@@ -1,0 +1,24 @@
+"""`taskslam report`: one self-contained page about the runs in some folders."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report(
+    directories: Annotated[list[Path], typer.Argument(help="Run directories, or folders that hold some at any depth.")],
+    out: Annotated[Path, typer.Option(help="Where the page is written.")] = Path("report.html"),
+) -> None:
+    """Write one HTML page about finished runs, with all its pictures in it; it opens without a network.
+
+    Examples:
+        taskslam report results
+
+        taskslam report results/house/karto results/house/wheel_odometry --out comparison.html
+    """
+    from taskslam.report import write_report
+
+    typer.echo(f"Report: {write_report(directories, out)}")
