@@ -111,6 +111,11 @@ class GuestProcess:
                 os.close(descriptor)
         self._status = f"/proc/{self._process.pid}/status"
 
+    @property
+    def ended(self) -> bool:
+        """Whether `end` was called."""
+        return self._request < 0
+
     def write(self, data: bytearray) -> None:
         """Write what the pipe takes and remove it from `data`. A dead child is not an error here but in `exchange`."""
         while data:
@@ -154,7 +159,7 @@ class GuestProcess:
 
     def end(self, grace_s: float) -> None:
         """Wait `grace_s` for the child to end by itself, then kill it and all that it started. Idempotent."""
-        if self._request < 0:
+        if self.ended:
             return
         if grace_s > 0:
             with contextlib.suppress(subprocess.TimeoutExpired):

@@ -203,7 +203,7 @@ class MethodHost:
 
     def stop(self) -> None:
         """End the method: ask it to stop, wait a little, kill what is left. May be called any number of times."""
-        if self._guest is None:
+        if self._guest is None or self._guest.ended:
             return
         if self._failure is None and self._card is not None:
             self._unsent += wire.pack({"do": "stop"})
