@@ -44,56 +44,59 @@ def evaluate(
             _print_failures(console, run)
             console.print()
     if metrics.runs:
-        console.print(_summary_table(metrics))
+        _print_summary(console, metrics)
     for left in metrics.left_out:
         typer.echo(f"Left out {directory / left.directory}: {left.reason}", err=True)
     typer.echo(f"Metrics: {path}")
 
 
-def _summary_table(metrics: MetricsFile) -> Table:
+def _print_summary(console: Console, metrics: MetricsFile) -> None:
+    """Two tables a scenario, each narrow enough for 80 columns: how well it went, and what it took."""
+    for scenario in sorted({run.scenario for run in metrics.runs}):
+        results = _table(f"{scenario}: results", ("complete", "E cm", "e cm", "Δ °", "δ °", "N-AUC", "exact"))
+        effort = _table(f"{scenario}: effort", ("failures", "simulated min", "× real", "dropped frames"))
+        for run in metrics.runs:
+            if run.scenario != scenario:
+                continue
+            who = (run.method, "w/" if run.mode == "with-map" else "w/o", str(run.seed))
+            results.add_row(
+                *who,
+                f"{run.complete_waypoints}/{run.planned_waypoints}",
+                _centimetres(run.position.precision_m),
+                _centimetres(run.position.accuracy_m),
+                _degrees(run.orientation.precision_rad),
+                _degrees(run.orientation.accuracy_rad),
+                _plain(run.n_auc.published, 3),
+                _plain(run.n_auc.exact, 3),
+            )
+            effort.add_row(
+                *who,
+                str(len(run.failures)),
+                f"{run.simulated_s / 60:.1f}",
+                _plain(run.real_time_factor, 1),
+                f"{run.dropped_frames} of {run.frames}",
+            )
+        console.print(results)
+        console.print(effort)
+    upstream = " Formulas of the published code." if metrics.definitions == "upstream" else ""
+    console.print(
+        "E, Δ: mean distance and angle of arrivals to their mean; e, δ: to the goal."
+        f" Means over waypoints reached in every round.{upstream}"
+    )
+
+
+def _table(title: str, columns: tuple[str, ...]) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(title="Runs", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("scenario", "method", "mode", "seed"):
-        table.add_column(name, no_wrap=True)
-    for name in (
-        "complete",
-        "E cm",
-        "e cm",
-        "Δ °",
-        "δ °",
-        "N-AUC",
-        "exact",
-        "failures",
-        "sim. min",
-        "× real",
-        "dropped",
-    ):
-        table.add_column(name, justify="right", no_wrap=True)
-    for run in metrics.runs:
-        table.add_row(
-            run.scenario,
-            run.method,
-            run.mode,
-            str(run.seed),
-            f"{run.complete_waypoints}/{run.planned_waypoints}",
-            _centimetres(run.position.precision_m),
-            _centimetres(run.position.accuracy_m),
-            _degrees(run.orientation.precision_rad),
-            _degrees(run.orientation.accuracy_rad),
-            _plain(run.n_auc.published, 3),
-            _plain(run.n_auc.exact, 3),
-            str(len(run.failures)),
-            f"{run.simulated_s / 60:.1f}",
-            _plain(run.real_time_factor, 1),
-            str(run.dropped_frames),
-        )
-    table.caption = (
-        "E, Δ: how far arrivals lie from their mean; e, δ: from the goal; means over waypoints reached in every round."
-        + (" Published code's formulas." if metrics.definitions == "upstream" else "")
+    table = Table(
+        title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
     )
-    table.caption_justify = "left"
+    table.add_column("method", overflow="fold")
+    table.add_column("map", no_wrap=True)
+    table.add_column("seed", no_wrap=True, justify="right")
+    for name in columns:
+        table.add_column(name, justify="right", no_wrap=True)
     return table
 
 
@@ -125,12 +128,8 @@ def _print_failures(console: Console, run: RunMetrics) -> None:
     from rich.text import Text
 
     for failure in run.failures:
-        console.print(
-            Text.assemble(
-                (f"  {failure.outcome}", "bold red"),
-                f"  {run.round_name(failure.round)}, waypoint {failure.goal + 1}, at {failure.t_s:.0f} s: {failure.detail}",
-            )
-        )
+        where = f"{run.round_name(failure.round)}, waypoint {failure.goal + 1}, at {failure.t_s:.0f} s"
+        console.print(Text.assemble((f"  {failure.outcome}", "bold red"), f"  {where}: {failure.detail}"))
 
 
 def _centimetres(value: float | None) -> str:
