@@ -20,8 +20,7 @@ from taskslam.navigation.costmap import LocalCostmap, blocked
 from taskslam.navigation.settings import TebSettings
 
 _EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
-_MAX_KEYPOINTS = 16
-_MAX_VISITS = 300
+_MAX_CORNERS = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,29 +64,28 @@ def signature(points: FloatArray, n: int, inside: FloatArray) -> FloatArray:
     return total
 
 
-def alternative_paths(
-    obstacles: ObstacleMap, start: tuple[float, float], goal: tuple[float, float], settings: TebSettings, limit: int
+def distinct_paths(
+    obstacles: ObstacleMap, start: tuple[float, float], goal: tuple[float, float], settings: TebSettings, round_: int
 ) -> list[FloatArray]:
-    """Up to `limit` polylines (K, 2) from start to goal through keypoints left and right of the obstacles between.
+    """Up to `max_classes` polylines (K, 2) from start to goal, each of another class, the shortest first.
 
-    The left-right-keypoint graph of Roesmann et al. 2017: edges lead towards the goal and are free of obstacles; a
-    depth-first search in order of distance along the way lists its paths. Equivalent ones may repeat: ask `signature`.
+    A roadmap as in Roesmann et al. 2017, `simple_exploration` off: samples between start and goal, edges that lead
+    towards the goal and are free of obstacles. Two things differ. The samples are a Halton sequence, another stretch of
+    it in each `round_`, so that runs repeat; corner points about each obstacle join them. And instead of listing all
+    paths and comparing afterwards, the search keeps the shortest path of each class at each vertex.
     """
     length = math.hypot(goal[0] - start[0], goal[1] - start[1])
     if length < 2 * settings.min_obstacle_dist or len(obstacles.inside) == 0:
         return []
-    points = _keypoints(
+    vertices = _vertices(
         obstacles.labels, len(obstacles.inside), *start, *goal, obstacles.x0, obstacles.y0, obstacles.resolution,
-        settings.obstacle_keypoint_offset,
+        settings.obstacle_keypoint_offset, settings.roadmap_graph_area_width, settings.roadmap_graph_no_samples, round_,
     )  # fmt: skip
-    if len(points) == 0:
-        return []
-    vertices = np.vstack([[start], points, [goal]])
-    found, lengths = _search(
-        vertices, obstacles.labels, obstacles.x0, obstacles.y0, obstacles.resolution,
-        settings.obstacle_heading_threshold, limit,
+    paths, lengths = _shortest_of_each_class(
+        vertices, obstacles.labels, obstacles.inside, obstacles.x0, obstacles.y0, obstacles.resolution,
+        settings.obstacle_heading_threshold, settings.max_classes,
     )  # fmt: skip
-    return [vertices[found[i, : lengths[i]]] for i in range(len(lengths))]
+    return [vertices[paths[i, : lengths[i]]] for i in range(len(lengths))]
 
 
 @njit(cache=True)
@@ -106,7 +104,17 @@ def _points_inside(
 
 
 @njit(cache=True)
-def _keypoints(
+def _halton(index: int, base: int) -> float:
+    value, share = 0.0, 1.0
+    while index > 0:
+        share /= base
+        value += share * (index % base)
+        index //= base
+    return value
+
+
+@njit(cache=True)
+def _vertices(
     labels: npt.NDArray[np.int32],
     count: int,
     sx: float,
@@ -117,12 +125,16 @@ def _keypoints(
     y0: float,
     resolution: float,
     offset: float,
+    width: float,
+    samples: int,
+    round_: int,
 ) -> FloatArray:
-    """(K, 2) points beside the extremes, across the way, of each obstacle between start and goal, in order along it."""
+    """(V, 2) free points in order along the way: the start, corners about obstacles, samples, the goal."""
     length = math.hypot(gx - sx, gy - sy)
     ux, uy = (gx - sx) / length, (gy - sy) / length
-    left, right = np.full(count, -np.inf), np.full(count, np.inf)
-    left_along, right_along = np.zeros(count), np.zeros(count)
+    box = np.empty((count, 4))  # least and largest along, least and largest across the way
+    for k in range(count):
+        box[k] = np.array([np.inf, -np.inf, np.inf, -np.inf])
     rows, columns = labels.shape
     for r in range(rows):
         for c in range(columns):
@@ -131,34 +143,42 @@ def _keypoints(
                 continue
             dx, dy = x0 + (c + 0.5) * resolution - sx, y0 + (r + 0.5) * resolution - sy
             along, across = ux * dx + uy * dy, ux * dy - uy * dx
-            if along <= 0.0 or along >= length:
+            if along <= 0.0 or along >= length or abs(across) > 0.5 * width:
                 continue
-            if across > left[k]:
-                left[k], left_along[k] = across, along
-            if across < right[k]:
-                right[k], right_along[k] = across, along
-    points = np.empty((2 * count, 2))
-    order = np.empty(2 * count)
+            box[k, 0], box[k, 1] = min(box[k, 0], along), max(box[k, 1], along)
+            box[k, 2], box[k, 3] = min(box[k, 2], across), max(box[k, 3], across)
+
+    wanted = np.empty((4 * count + samples, 2))
     n = 0
     for k in range(count):
-        for side in range(2):
-            across = left[k] + offset if side == 0 else right[k] - offset
-            along = left_along[k] if side == 0 else right_along[k]
-            if not math.isfinite(across):
-                continue
-            px, py = sx + ux * along - uy * across, sy + uy * along + ux * across
-            c, r = math.floor((px - x0) / resolution), math.floor((py - y0) / resolution)
-            if c < 0 or r < 0 or c >= columns or r >= rows or labels[r, c] != 0:
-                continue
-            i = n
-            while i > 0 and order[i - 1] > along:
-                order[i] = order[i - 1]
-                points[i] = points[i - 1]
-                i -= 1
-            order[i] = along
-            points[i, 0], points[i, 1] = px, py
+        if box[k, 0] > box[k, 1]:
+            continue
+        for corner in range(4):
+            wanted[n, 0] = box[k, 0] - offset if corner % 2 == 0 else box[k, 1] + offset
+            wanted[n, 1] = box[k, 2] - offset if corner < 2 else box[k, 3] + offset
             n += 1
-    return points[: min(n, _MAX_KEYPOINTS)].copy()
+    n = min(n, _MAX_CORNERS)
+    for k in range(samples):
+        index = 1 + (round_ * samples + k) % 4096
+        wanted[n, 0], wanted[n, 1] = length * _halton(index, 2), width * (_halton(index, 3) - 0.5)
+        n += 1
+
+    order = np.argsort(wanted[:n, 0], kind="mergesort")
+    points = np.empty((n + 2, 2))
+    points[0, 0], points[0, 1] = sx, sy
+    kept = 1
+    for i in order:
+        along, across = wanted[i, 0], wanted[i, 1]
+        if along <= 0.0 or along >= length:
+            continue
+        px, py = sx + ux * along - uy * across, sy + uy * along + ux * across
+        c, r = math.floor((px - x0) / resolution), math.floor((py - y0) / resolution)
+        if c < 0 or r < 0 or c >= columns or r >= rows or labels[r, c] != 0:
+            continue
+        points[kept, 0], points[kept, 1] = px, py
+        kept += 1
+    points[kept, 0], points[kept, 1] = gx, gy
+    return points[: kept + 1].copy()
 
 
 @njit(cache=True)
@@ -176,51 +196,79 @@ def _free_line(
 
 
 @njit(cache=True)
-def _search(
+def _shortest_of_each_class(
     vertices: FloatArray,
     labels: npt.NDArray[np.int32],
+    inside: FloatArray,
     x0: float,
     y0: float,
     resolution: float,
     heading_threshold: float,
     limit: int,
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """Depth-first over the forward graph; returns vertex indices (paths, V), zero-padded, and their lengths (paths,)."""
+    """Vertex indices (paths, V) and their counts (paths,): the `limit` shortest paths of different classes.
+
+    Dynamic programming over (vertex, class) in the order of the vertices, which every edge respects.
+    """
     count = len(vertices)
     length = math.hypot(vertices[-1, 0] - vertices[0, 0], vertices[-1, 1] - vertices[0, 1])
     ux, uy = (vertices[-1, 0] - vertices[0, 0]) / length, (vertices[-1, 1] - vertices[0, 1]) / length
-    state = np.zeros((count, count), np.int8)  # 0 not yet asked, 1 edge, 2 no edge
-    paths = np.zeros((limit, count), np.int32)
-    lengths = np.zeros(limit, np.int32)
-    found = 0
-    stack = np.zeros(count + 1, np.int32)
-    next_child = np.zeros(count + 1, np.int32)
-    depth = 0
-    next_child[0] = 1
-    visits = 0
-    while depth >= 0 and found < limit and visits < _MAX_VISITS:
-        i, j = stack[depth], next_child[depth]
-        if j >= count:
-            depth -= 1
-            continue
-        next_child[depth] = j + 1
-        if state[i, j] == 0:
+    winding = np.zeros((count, limit, len(inside)))
+    cost = np.full((count, limit), np.inf)
+    from_vertex = np.zeros((count, limit), np.int32)
+    from_slot = np.zeros((count, limit), np.int32)
+    used = np.zeros(count, np.int32)
+    used[0] = 1
+    cost[0, 0] = 0.0
+    edge = np.empty((2, 2))
+    total = np.empty(len(inside))
+    for j in range(1, count):
+        for i in range(j):
+            if used[i] == 0:
+                continue
             dx, dy = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1]
-            forward = ux * dx + uy * dy > heading_threshold * math.hypot(dx, dy)
-            free = forward and _free_line(
+            distance = math.hypot(dx, dy)
+            if ux * dx + uy * dy <= heading_threshold * distance:
+                continue
+            if not _free_line(
                 labels, vertices[i, 0], vertices[i, 1], vertices[j, 0], vertices[j, 1], x0, y0, resolution
-            )
-            state[i, j] = 1 if free else 2
-        if state[i, j] == 2:
-            continue
-        visits += 1
-        depth += 1
-        stack[depth] = j
-        next_child[depth] = j + 1
-        if j == count - 1:
-            for k in range(depth + 1):
-                paths[found, k] = stack[k]
-            lengths[found] = depth + 1
-            found += 1
-            depth -= 1
-    return paths[:found].copy(), lengths[:found].copy()
+            ):
+                continue
+            edge[0] = vertices[i]
+            edge[1] = vertices[j]
+            turned = signature(edge, 2, inside)
+            for a in range(used[i]):
+                total[:] = winding[i, a] + turned
+                reach = cost[i, a] + distance
+                slot = -1
+                for b in range(used[j]):
+                    if np.all(np.abs(winding[j, b] - total) < math.pi):
+                        slot = b
+                        break
+                if slot < 0:
+                    if used[j] < limit:
+                        slot = used[j]
+                        used[j] += 1
+                    else:
+                        slot = int(np.argmax(cost[j]))
+                if reach < cost[j, slot]:
+                    cost[j, slot] = reach
+                    winding[j, slot] = total
+                    from_vertex[j, slot], from_slot[j, slot] = i, a
+    found = used[count - 1]
+    order = np.argsort(cost[count - 1, :found], kind="mergesort")
+    paths = np.zeros((found, count), np.int32)
+    counts = np.zeros(found, np.int32)
+    backwards = np.empty(count, np.int32)
+    for k in range(found):
+        vertex, slot, n = count - 1, order[k], 0
+        while vertex != 0:
+            backwards[n] = vertex
+            n += 1
+            vertex, slot = from_vertex[vertex, slot], from_slot[vertex, slot]
+        backwards[n] = 0
+        n += 1
+        for i in range(n):
+            paths[k, i] = backwards[n - 1 - i]
+        counts[k] = n
+    return paths, counts

@@ -88,6 +88,8 @@ class TebSettings(_Part):
         10.0  # default; the horizon is halved for so long after an infeasible band
     )
     max_classes: Count = 4
+    roadmap_graph_no_samples: Annotated[int, Field(ge=0)] = 15
+    roadmap_graph_area_width: Positive = 6.0
     obstacle_keypoint_offset: Positive = 0.1
     obstacle_heading_threshold: NonNegative = 0.45
     selection_cost_hysteresis: Positive = 0.7

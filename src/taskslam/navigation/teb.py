@@ -14,15 +14,13 @@ from taskslam.geometry import SE2, FloatArray, mean_heading, wrap_angle
 from taskslam.measurements import NANOSECONDS
 from taskslam.navigation.band import initial_band, warm_start
 from taskslam.navigation.costmap import LocalCostmap
-from taskslam.navigation.homotopy import ObstacleMap, alternative_paths, same_class, signature
+from taskslam.navigation.homotopy import ObstacleMap, distinct_paths, same_class, signature
 from taskslam.navigation.inflation import INSCRIBED
 from taskslam.navigation.local_planner import ControlRequest
 from taskslam.navigation.settings import TebSettings
 from taskslam.navigation.teb_problem import TebParameters
 from taskslam.navigation.teb_solver import optimize
 from taskslam.navigation.velocity_smoother import Velocity
-
-_PATHS_PER_CLASS = 5  # the keypoint graph names one class several times; look at so many paths for each wanted class
 
 
 @dataclass(slots=True)
@@ -51,11 +49,15 @@ class TebPlanner:
         self._parameters = TebParameters.of(settings)
         self._bands: list[Band] = []
         self._last_infeasible: int | None = None
+        self._was_selected = False
+        self._round = 0
 
     def reset(self) -> None:
         """Forget all bands and past failures."""
         self._bands = []
         self._last_infeasible = None
+        self._was_selected = False
+        self._round = 0
 
     @property
     def best(self) -> Band | None:
@@ -154,7 +156,8 @@ class TebPlanner:
         if missing <= 0:
             return
         start = (pose.x, pose.y)
-        for path in alternative_paths(obstacle_map, start, (goal.x, goal.y), s, _PATHS_PER_CLASS * s.max_classes):
+        self._round += 1
+        for path in distinct_paths(obstacle_map, start, (goal.x, goal.y), s, self._round):
             winding = signature(path, len(path), obstacle_map.inside)
             if any(same_class(winding, band.signature) for band in self._bands):
                 continue
