@@ -47,9 +47,10 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
 def _world(scenario: Scenario, world_paths: Sequence[Path]) -> World:
     source = scenario.world
     if source.name is not None:
-        return load_world(source.name)
+        return load_world(source.name).lowered(source.floor_height)
     file = find_world(scenario, world_paths)
-    return load_world(file, [file.parent / path for path in source.resource_paths])
+    folders = [file.parent / path for path in source.resource_paths]
+    return load_world(file, folders).lowered(source.floor_height)
 
 
 def find_world(scenario: Scenario, world_paths: Sequence[Path]) -> Path:

@@ -66,6 +66,7 @@ class WorldSource(_Part):
     """Where the world comes from: a registered world by `name`, or a Gazebo `file` of the user's own copy.
 
     source: the public repository to clone. resource_paths: folders with models, relative to the world file.
+    floor_height: z of the floor that the robot drives on, in the world file; the world is lowered by it.
     lidar_geometry: what LiDAR rays meet, visual meshes (Gazebo's GPU sensor) or collision meshes (its CPU sensor).
     """
 
@@ -73,6 +74,7 @@ class WorldSource(_Part):
     file: str | None = None
     source: str = ""
     resource_paths: tuple[str, ...] = ()
+    floor_height: Finite = 0.0
     lidar_geometry: Literal["visual", "collision"] = "visual"
 
     @model_validator(mode="after")

@@ -5,7 +5,7 @@ All coordinates are in the world frame, which is also the floor plan's frame `ma
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -77,7 +77,23 @@ class World:
     background: tuple[float, float, float] = (0.7, 0.7, 0.7)
     warnings: tuple[str, ...] = field(default=())
 
+    def lowered(self, height: float) -> World:
+        """The same world `height` metres lower: a floor that stood at that height comes to lie at z = 0."""
+        if height == 0.0:
+            return self
+        down = np.array([0.0, 0.0, -height])
+        lights = tuple(replace(light, pose=_moved(light.pose, down)) for light in self.lights)
+        visual = replace(self.visual, vertices=(self.visual.vertices + down).astype(np.float32))
+        collision = replace(self.collision, vertices=(self.collision.vertices + down).astype(np.float32))
+        return replace(self, visual=visual, collision=collision, lights=lights)
+
     def bounds(self) -> npt.NDArray[np.float64]:
         """(2, 3) lowest and highest corner over visual and collision vertices, metres."""
         points = np.concatenate([self.visual.vertices, self.collision.vertices])
         return np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+
+
+def _moved(pose: npt.NDArray[np.float64], by: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    moved = pose.copy()
+    moved[:3, 3] += by
+    return moved
