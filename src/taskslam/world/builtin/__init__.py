@@ -1,0 +1,1 @@
+"""Worlds that are generated in code, so that nothing has to be downloaded."""

@@ -1,0 +1,123 @@
+"""`house`: a furnished home of seven rooms, 16 m by 11 m, with loops through every room.
+
+    +------------------+----------+----------------------+   y = 5.5
+    |     kitchen      |   bath   |       bedroom        |
+    |                  |          =                      |
+    +--==-------==-----+--==------+----==----------------+   y = 0.9
+    |                  =        corridor                 |
+    |     living       +-------==--------==--------------+   y = -1.0
+    |     room         |    study     |    children      |
+    |                  =              =                  |
+    +------------------+--------------+------------------+   y = -5.5
+  x = -8             -1.5            3.0                 8
+
+Doorways are at least 1.0 m clear. Furniture crosses the height of a laser scan (0.41 m) at different depths, every room
+has walls, floor and pictures of its own, so places can be told apart by laser and by camera. Built from one seed, the
+same bytes on every machine.
+"""
+
+from __future__ import annotations
+
+from taskslam.geometry import pose_from_xyz_rpy
+from taskslam.world.builtin import rooms
+from taskslam.world.builtin.builder import Builder
+from taskslam.world.builtin.palette import Palette
+from taskslam.world.builtin.structure import (
+    CEILING,
+    OUTER_WALL,
+    Opening,
+    Room,
+    Trim,
+    build_openings,
+    build_room,
+    build_shell,
+)
+from taskslam.world.world import Light, World
+
+SEED = 20
+LOW, HIGH = (-8.0, -5.5), (8.0, 5.5)
+INNER_WALL = 0.12
+_HALF = INNER_WALL / 2
+
+
+def build_house() -> World:
+    """Build the world `house`, frame `map` with its origin in the corridor, z = 0 on the floor."""
+    b = Builder(SEED)
+    p = Palette(b, SEED)
+    trim = Trim(ceiling=p.ceiling, skirting=p.white_wood, frame=p.white_wood, sill=p.granite)
+    windows = _windows(p)
+    openings = [*_doorways(), *windows]
+    build_shell(b, LOW, HIGH, windows, p.facade, p.core)
+    floor_plan = _rooms(p)
+    for room in floor_plan:
+        build_room(b, room, openings, trim)
+    build_openings(b, openings, p.oak, trim, INNER_WALL)
+    rooms.furnish_living(b, p)
+    rooms.furnish_kitchen(b, p)
+    rooms.furnish_corridor(b, p)
+    rooms.furnish_study(b, p)
+    rooms.furnish_children(b, p)
+    rooms.furnish_bath(b, p)
+    rooms.furnish_bedroom(b, p)
+    lights = tuple(_light(room) for room in floor_plan)
+    return b.world("house", lights, ambient=(0.5, 0.49, 0.47), background=(0.72, 0.80, 0.88))
+
+
+def _rooms(p: Palette) -> list[Room]:
+    west, east = -1.5 - _HALF, -1.5 + _HALF
+    return [
+        Room("living room", LOW, (west, 0.6 - _HALF), p.oak_floor, p.living_wall, {"-x": p.brick}),
+        Room("kitchen", (-8.0, 0.6 + _HALF), (west, 5.5), p.kitchen_floor, p.kitchen_wall, {}),
+        Room("corridor", (east, -1.0 + _HALF), (8.0, 0.9 - _HALF), p.oak_floor, p.corridor_wall, {}),
+        Room("study", (east, -5.5), (3.0 - _HALF, -1.0 - _HALF), p.walnut_floor, p.study_wall, {"+y": p.living_wall}),
+        Room(
+            "children's room", (3.0 + _HALF, -5.5), (8.0, -1.0 - _HALF), p.oak_floor, p.kids_wall, {"+x": p.living_wall}
+        ),
+        Room("bath", (east, 0.9 + _HALF), (1.5 - _HALF, 5.5), p.bath_floor, p.bath_wall, {}),
+        Room("bedroom", (1.5 + _HALF, 0.9 + _HALF), HIGH, p.walnut_floor, p.bedroom_wall, {"-y": p.study_wall}),
+    ]
+
+
+def _doorways() -> list[Opening]:
+    return [
+        Opening("x", -1.5, -0.62, 0.48),  # living room - corridor
+        Opening("x", -1.5, -4.35, -3.25),  # living room - study
+        Opening("y", 0.6, -7.10, -5.40, top=2.25),  # living room - kitchen, wide
+        Opening("y", 0.6, -3.40, -2.30),  # living room - kitchen
+        Opening("y", -1.0, 1.20, 2.30),  # study - corridor
+        Opening("x", 3.0, -3.20, -2.10),  # study - children's room
+        Opening("y", -1.0, 5.20, 6.30),  # children's room - corridor
+        Opening("y", 0.9, -0.70, 0.40),  # bath - corridor
+        Opening("x", 1.5, 3.05, 4.15),  # bath - bedroom
+        Opening("y", 0.9, 3.20, 4.30),  # bedroom - corridor
+    ]
+
+
+def _windows(p: Palette) -> list[Opening]:
+    west, east = LOW[0] - OUTER_WALL / 2, HIGH[0] + OUTER_WALL / 2
+    south, north = LOW[1] - OUTER_WALL / 2, HIGH[1] + OUTER_WALL / 2
+    return [
+        Opening("x", west, -4.1, -2.3, 0.55, 2.2, p.view()),  # living room
+        Opening("y", south, -5.4, -3.4, 0.55, 2.2, p.view()),  # living room
+        Opening("x", west, 2.2, 4.0, 1.1, 2.2, p.view()),  # kitchen
+        Opening("y", north, -3.2, -2.0, 0.9, 2.2, p.view()),  # kitchen
+        Opening("y", north, -0.6, 0.6, 1.3, 2.1, p.view()),  # bath
+        Opening("y", north, 3.2, 5.2, 0.7, 2.2, p.view()),  # bedroom
+        Opening("x", east, 2.4, 4.2, 1.25, 2.2, p.view()),  # bedroom
+        Opening("y", south, -0.2, 1.6, 0.9, 2.2, p.view()),  # study
+        Opening("y", south, 4.7, 6.5, 0.9, 2.2, p.view()),  # children's room
+        Opening("x", east, -3.0, -1.6, 0.9, 2.2, p.view()),  # children's room
+    ]
+
+
+def _light(room: Room) -> Light:
+    """Return a ceiling lamp in the middle of a room."""
+    x, y = ((low + high) / 2 for low, high in zip(room.low, room.high, strict=True))
+    return Light(
+        name=f"{room.name} lamp",
+        type="point",
+        pose=pose_from_xyz_rpy((x, y, CEILING - 0.25), (0.0, 0.0, 0.0)),
+        diffuse=(0.75, 0.72, 0.66),
+        attenuation_range=9.0,
+        attenuation=(0.6, 0.08, 0.02),
+    )
