@@ -43,6 +43,7 @@ class Mapper:
         self.buffer: list[int] = []  # the keyframes passed last, newest at the end
         self.pose = np.zeros(3)
         self.loops_closed = 0
+        self.gates_passed = 0
         self._odometry: FloatArray | None = None
         self._gate_odometry = np.zeros(3)
         self._gate_stamp = 0
@@ -114,6 +115,7 @@ class Mapper:
 
     def _pass_gate(self, odometry: FloatArray, stamp: int) -> None:
         self._gate_odometry, self._gate_stamp = odometry, stamp
+        self.gates_passed += 1
 
     def _track(self, scan: ScanPoints, predicted: FloatArray) -> Outcome | None:
         """A pose between keyframes: the predicted one moved onto the surfaces; None if they do not fit the scan."""

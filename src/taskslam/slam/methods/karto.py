@@ -103,6 +103,11 @@ class Karto(SlamMethod):
         read_map(Path(path), mapper)
         self._mapper = mapper
 
+    @property
+    def scans_matched(self) -> int:
+        """Scans that went through the whole matching, at the keyframe gate or because tracking failed."""
+        return self._started().gates_passed
+
     def _started(self) -> Mapper:
         if self._mapper is None:
             raise InputError("karto: call start before feed, save_map or load_map")

@@ -164,6 +164,11 @@ class YagSlam(SlamMethod):
         self._T_fed_start = _pose(last.odom_pose) @ _pose(last.corrected_pose).inverse()
         self._T_fed_odom = None
 
+    @property
+    def keyframes(self) -> int:
+        """Keyframes in the map."""
+        return 0 if self._last is None else int(self._last.num) + 1
+
     def _moved(self, T_fed_laser: SE2) -> bool:
         if self._last is None:
             return True
