@@ -65,7 +65,7 @@ class GuestProcess:
         self.over_memory = False
         self.log_error: OSError | None = None
         try:
-            self._log = log.open("wb")
+            self._log = log.open("ab")
         except OSError as error:
             raise DiskFullError(f"{log}: cannot write the method's log: {error.strerror}") from error
         self.scratch = Path(tempfile.mkdtemp(prefix="taskslam-method-"))
