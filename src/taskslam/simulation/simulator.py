@@ -89,15 +89,18 @@ class Simulator:
     def _move(self) -> None:
         limits, dt = self._robot.drive, self._step / NANOSECONDS
         linear, angular = self._command if self.now < self._command_until else (0.0, 0.0)
+        before = self._linear, self._angular
         self._linear = ramp(self._linear, linear, limits.max_linear_acceleration * dt)
         self._angular = ramp(self._angular, angular, limits.max_angular_acceleration * dt)
-        x, y, theta = step_arc(self._x, self._y, self._theta, self._linear, self._angular, dt)
+        # Acceleration is constant within a step, so the mean velocity carries the robot exactly as far.
+        mean = 0.5 * (before[0] + self._linear), 0.5 * (before[1] + self._angular)
+        x, y, theta = step_arc(self._x, self._y, self._theta, mean[0], mean[1], dt)
         if (x, y) != (self._x, self._y) and self._contact.touches(x, y):
             # The obstacle holds the base; wheels slip no further than that, a turn in place still works.
             self._bumped = True
             x, y = self._x, self._y
-            self._linear = 0.0
-        self._odometer.integrate(self._linear * dt, self._angular * dt, dt)
+            self._linear, mean = 0.0, (0.0, mean[1])
+        self._odometer.integrate(mean[0] * dt, mean[1] * dt, dt)
         self._x, self._y, self._theta = x, y, theta
         self.now += self._step
         self._history.append((x, y, theta))
