@@ -1,0 +1,143 @@
+"""`taskslam doctor`: what works on this machine, what is missing, and the command that would install it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import sys
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import typer
+
+_CORE = ("numpy", "scipy", "numba", "embreex", "trimesh", "pycollada", "gtsam", "pydantic", "matplotlib")
+_IMPORTS = {"pycollada": "collada"}
+_SUPPORTED = ((3, 11), (3, 13))
+_ENOUGH_DISK_GB = 2.0
+_ENOUGH_MEMORY_GB = 4.0
+
+
+class Health(StrEnum):
+    """Good; worth knowing; or in the way of the main job."""
+
+    GOOD = "ok"
+    NOTE = "note"
+    BAD = "missing"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing looked at. remedy: what to do about it, or empty."""
+
+    what: str
+    health: Health
+    detail: str
+    remedy: str = ""
+
+
+def doctor() -> None:
+    """Say what works on this machine, what is missing and how to get it; exit status 3 if the main job cannot run."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
+    console = Console(highlight=False)
+    findings = [*machine(), *core_packages(), *methods(), *environment()]
+    width = max(len(finding.what) for finding in findings)
+    for finding in findings:
+        colour = colours[finding.health]
+        what = escape(finding.what.ljust(width))
+        console.print(f"[{colour}]{finding.health:<7}[/]  [bold]{what}[/]  {escape(finding.detail)}", soft_wrap=True)
+        if finding.remedy:
+            console.print(f"{'':9}{'':{width}}  → {escape(finding.remedy)}", soft_wrap=True)
+    bad = sum(finding.health is Health.BAD for finding in findings)
+    console.print(f"\n{bad} in the way of the main job." if bad else "\nThe main job can run here: taskslam demo")
+    if bad:
+        raise typer.Exit(3)
+
+
+def machine() -> list[Finding]:
+    """Python, operating system, cores, memory and disk."""
+    version = platform.python_version()
+    low, high = _SUPPORTED
+    supported = low <= sys.version_info[:2] <= high
+    expected = f"CPython {low[0]}.{low[1]} to {high[0]}.{high[1]}"
+    linux = sys.platform == "linux"
+    system = (
+        f"{platform.system()} {platform.machine()}, {len(os.sched_getaffinity(0)) if linux else os.cpu_count()} cores"
+    )
+    free = shutil.disk_usage(Path.cwd()).free / 1e9
+    findings = [
+        Finding(
+            "python", Health.GOOD if supported else Health.BAD, version, "" if supported else f"install {expected}"
+        ),
+        Finding(
+            "machine", Health.GOOD if linux else Health.BAD, system, "" if linux else "methods are hosted on Linux"
+        ),
+        Finding(
+            "disk",
+            Health.GOOD if free > _ENOUGH_DISK_GB else Health.NOTE,
+            f"{free:.1f} GB free in this folder",
+            "" if free > _ENOUGH_DISK_GB else f"results and caches may need {_ENOUGH_DISK_GB:g} GB",
+        ),
+    ]
+    if linux:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+        enough = memory > _ENOUGH_MEMORY_GB
+        remedy = "" if enough else f"large worlds may need {_ENOUGH_MEMORY_GB:g} GB"
+        findings.append(Finding("memory", Health.GOOD if enough else Health.NOTE, f"{memory:.1f} GB", remedy))
+    return findings
+
+
+def core_packages() -> list[Finding]:
+    """Whether each package that the main job needs is installed and can be imported."""
+    return [_package(name) for name in _CORE]
+
+
+def _package(name: str) -> Finding:
+    import importlib
+    from importlib import metadata
+
+    try:
+        version = metadata.version(name)
+        importlib.import_module(_IMPORTS.get(name, name))
+    except metadata.PackageNotFoundError:
+        return Finding(name, Health.BAD, "not installed", f"pip install {name}")
+    except Exception as error:
+        return Finding(name, Health.BAD, f"cannot be imported: {error}", f"pip install --force-reinstall {name}")
+    return Finding(name, Health.GOOD, version)
+
+
+def methods() -> list[Finding]:
+    """Each registered method: available, or which command would make it so."""
+    from taskslam.slam.registry import inspect_methods
+
+    findings = []
+    for state in inspect_methods():
+        problem, _, command = state.problem.rpartition(": ")
+        what = f"method {state.entry.name}"
+        if not state.problem:
+            assert state.card is not None
+            findings.append(Finding(what, Health.GOOD, f"{state.card.kind}, {state.card.licence}"))
+        elif command.startswith("pip install"):
+            findings.append(Finding(what, Health.NOTE, problem, command))
+        else:
+            findings.append(Finding(what, Health.NOTE, state.problem))
+    return findings
+
+
+def environment() -> list[Finding]:
+    """The variables that change what the benchmark does, and whether the folders that they name exist."""
+    findings = []
+    names = sorted({"GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", *(k for k in os.environ if k.startswith("TASKSLAM_"))})
+    for name in names:
+        value = os.environ.get(name, "")
+        if not value:
+            continue
+        entries = [entry for entry in value.split(os.pathsep) if "/" in entry]
+        absent = [entry for entry in entries if not Path(entry).exists()]
+        remedy = f"there is no {', '.join(absent)}" if absent else ""
+        findings.append(Finding(name, Health.NOTE if absent else Health.GOOD, value, remedy))
+    return findings

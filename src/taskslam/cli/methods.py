@@ -1,0 +1,157 @@
+"""`taskslam methods`: which SLAM methods there are, what each declares, and whether it behaves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from taskslam.slam.base import MethodCard
+    from taskslam.slam.conformance import CheckResult
+
+app = typer.Typer(no_args_is_help=True, help="SLAM methods: list, show their cards, check that they behave.")
+
+_MARKS = {"passed": "[green]passed[/]", "failed": "[bold red]failed[/]", "skipped": "[dim]skipped[/]"}
+
+
+@app.command("list")
+def list_methods() -> None:
+    """List the registered methods, also those whose package is missing or broken."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from taskslam.slam.registry import inspect_methods
+
+    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
+    for column in ("method", "kind", "sensors", "licence", "map", "repeats", "ready"):
+        table.add_column(column, no_wrap=True)
+    broken = []
+    for state in inspect_methods():
+        if state.card is None:
+            table.add_row(escape(state.entry.name), "", "", "", "", "", "[red]no[/]")
+        else:
+            card = state.card
+            table.add_row(
+                escape(state.entry.name),
+                card.kind,
+                "\n".join(card.sensors),
+                escape(card.licence),
+                card.map_mode,
+                "yes" if card.deterministic else "no",
+                "[yellow]no[/]" if state.problem else "yes",
+            )
+        if state.problem:
+            broken.append(f"{escape(state.entry.name)}: {escape(state.problem)}")
+    console = _console()
+    console.print(table)
+    console.print(
+        "\n[dim]map: what it does with its map in with-map rounds. repeats: the same input gives the same bytes.[/]"
+    )
+    for line in broken:
+        console.print(f"\n{line}", soft_wrap=True)
+
+
+@app.command("show")
+def show(name: Annotated[str, typer.Argument(help="A method's name, or package.module:Class.")]) -> None:
+    """Show a method's card."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from taskslam.slam.registry import inspect_method, load_method
+
+    state = inspect_method(name)
+    card = state.card or load_method(name).card
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    for key, value in _card_rows(card):
+        table.add_row(key, escape(value))
+    table.add_row("class", escape(state.entry.target))
+    table.add_row("available", escape(state.problem) if state.problem else "yes")
+    _console().print(table)
+
+
+@app.command("check")
+def check(
+    name: Annotated[str, typer.Argument(help="A method's name, or package.module:Class.")],
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", metavar="KEY=VALUE", help="An option of the method; may be repeated."),
+    ] = None,
+    robot: Annotated[
+        str, typer.Option(help="Robot preset or YAML file: it says which sensors there are.")
+    ] = "turtlebot2",
+    minutes: Annotated[float, typer.Option(help="Simulated minutes of the memory check.")] = 10.0,
+) -> None:
+    """Run the conformance suite against a method; exit status 1 if a check fails.
+
+    Example:
+        taskslam methods check karto --option resolution=0.02
+    """
+    from rich.markup import escape
+
+    from taskslam.robot import load_robot
+    from taskslam.slam.conformance import Verdict, check_method
+
+    console = _console()
+
+    def show_result(result: CheckResult) -> None:
+        console.print(f"{_MARKS[result.verdict]}  [bold]{result.name}[/]: {escape(result.detail)}", soft_wrap=True)
+
+    options = parse_options(option or [])
+    results = check_method(name, options, load_robot(robot).rig, minutes, on_result=show_result)
+    failed = sum(result.verdict is Verdict.FAILED for result in results)
+    skipped = sum(result.verdict is Verdict.SKIPPED for result in results)
+    console.print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped")
+    if failed:
+        raise typer.Exit(1)
+
+
+def parse_options(pairs: list[str]) -> dict[str, object]:
+    """Method options from `key=value` pairs; values are read as YAML scalars, so 0.5 is a number and true a boolean.
+
+    Raises:
+        InputError: no `=`, or a value that is not YAML.
+    """
+    import yaml
+
+    from taskslam.errors import InputError
+
+    options: dict[str, object] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not key or not equals:
+            raise InputError(f"--option {pair}: expected KEY=VALUE")
+        try:
+            options[key] = yaml.safe_load(value)
+        except yaml.YAMLError as error:
+            raise InputError(f"--option {pair}: the value is not valid YAML") from error
+    return options
+
+
+def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
+    return [
+        ("name", f"{card.name} {card.version}"),
+        ("summary", card.summary or "-"),
+        ("kind", card.kind),
+        ("licence", card.licence),
+        ("sensors", ", ".join(card.sensors)),
+        ("odometry prior", "yes" if card.odometry_prior else "no"),
+        ("still start", f"{card.needs_still_start:g} s"),
+        ("with-map rounds", card.map_mode),
+        ("saves maps", "yes" if card.can_save_map else "no"),
+        ("deterministic", "yes" if card.deterministic else "no"),
+        ("asynchronous", "yes" if card.asynchronous else "no"),
+        ("latency", f"{card.latency * 1e3:g} ms"),
+        ("queue", f"{card.queue} frame{'s' if card.queue != 1 else ''}"),
+        ("homepage", card.homepage or "-"),
+        ("extra", card.extra or "none needed"),
+    ]
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    return Console(highlight=False)
