@@ -1,0 +1,76 @@
+"""The cumulative precision curve: which share of the planned waypoints has a precision below x (protocol 5.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from taskslam.geometry import FloatArray
+from taskslam.report import palette
+from taskslam.report.svg import Svg
+
+_LEFT, _TOP, _RIGHT, _BOTTOM = 46.0, 38.0, 14.0, 44.0
+_WIDTH, _HEIGHT = 520.0, 340.0
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One run's line. precisions: E in metres of its complete waypoints; planned: all its waypoints."""
+
+    precisions: tuple[float, ...]
+    planned: int
+    colour: str
+    dashed: bool
+
+
+def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float, tick_m: float) -> Markup:
+    """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above."""
+    plot_w, plot_h = _WIDTH - _LEFT - _RIGHT, _HEIGHT - _TOP - _BOTTOM
+    svg = Svg(_WIDTH, _HEIGHT, f"Cumulative precision of {len(curves)} runs up to {limit_m * 100:.0f} cm")
+
+    def x_of(metres: float) -> float:
+        return _LEFT + metres / limit_m * plot_w
+
+    def y_of(share: float) -> float:
+        return _TOP + (1 - share) * plot_h
+
+    _draw_axes(svg, limit_m, diameter_m, tick_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
+    for curve in curves:
+        steps = _steps(curve, limit_m)
+        points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
+        dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
+        svg.polyline(points, stroke=curve.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
+    return svg.markup()
+
+
+def _steps(curve: Curve, limit: float) -> FloatArray:
+    """(S, 2) corners of the step curve from 0 to the limit."""
+    values = np.sort([value for value in curve.precisions if value < limit])
+    xs, ys, share = [0.0], [0.0], 0.0
+    for count, value in enumerate(values, start=1):
+        xs += [value, value]
+        ys += [share, count / curve.planned]
+        share = count / curve.planned
+    return np.column_stack([[*xs, limit], [*ys, share]])
+
+
+def _draw_axes(
+    svg: Svg, limit: float, diameter: float, tick: float, left: float, right: float, bottom: float, top: float
+) -> None:
+    with svg.group(font_size=12, fill=palette.MUTED):
+        for percent in (0, 25, 50, 75, 100):
+            y = bottom + (top - bottom) * percent / 100
+            svg.line(left, y, right, y, stroke=palette.HAIRLINE, stroke_width=1)
+            svg.text(left - 8, y + 4, f"{percent} %", text_anchor="end")
+        for index in range(round(limit / tick) + 1):
+            x = left + (right - left) * index * tick / limit
+            svg.line(x, bottom, x, bottom + 5, stroke=palette.MUTED, stroke_width=1)
+            svg.text(x, bottom + 19, f"{index * tick * 100:g}", text_anchor="middle")
+        step = diameter if limit >= 2 * diameter else diameter / 10
+        for index in range(int(limit / step + 1e-9) + 1):
+            x = left + (right - left) * index * step / limit
+            svg.line(x, top, x, top - 5, stroke=palette.MUTED, stroke_width=1)
+            svg.text(x, top - 10, f"{index * step / diameter:g} D", text_anchor="middle")
+        svg.text((left + right) / 2, bottom + 38, "position precision E below, cm", text_anchor="middle")

@@ -1,0 +1,32 @@
+"""Colours that stay apart for colour-blind eyes: Okabe and Ito, "Color Universal Design" (2008)."""
+
+from __future__ import annotations
+
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+PURPLE = "#CC79A7"
+
+TRUTH = BLUE
+BELIEF = ORANGE  # where SLAM says that the robot is
+CONTROL = GREEN
+ESTIMATION = ORANGE
+FAILURE = VERMILION
+
+INK = "#1c2430"
+MUTED = "#667085"
+HAIRLINE = "#d9dde3"
+WALL = (64, 72, 86, 255)
+FREE = (255, 255, 255, 255)
+UNKNOWN = (0, 0, 0, 0)
+
+METHODS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+
+
+def method_colours(methods: list[str]) -> dict[str, str]:
+    """One colour for each method name, in the order of first appearance; beyond seven they repeat."""
+    names = list(dict.fromkeys(methods))
+    return {name: METHODS[index % len(METHODS)] for index, name in enumerate(names)}

@@ -1,0 +1,68 @@
+"""A drawing as text: the few SVG elements that the figures need, always escaped, the same bytes every time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from markupsafe import Markup, escape
+
+from taskslam.geometry import FloatArray
+
+
+class Svg:
+    """An SVG drawing in its own units, y downwards. `label` is what a screen reader says."""
+
+    def __init__(self, width: float, height: float, label: str) -> None:
+        self._head = (
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(width)} {number(height)}" '
+            f'role="img" aria-label="{escape(label)}">'
+        )
+        self._parts: list[str] = []
+
+    def add(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
+        """Append an element; `stroke_width=2` becomes `stroke-width="2"`, and `class_` becomes `class`."""
+        head = f"<{tag}{_attributes(attributes)}"
+        self._parts.append(f"{head}/>" if content is None else f"{head}>{escape(content)}</{tag}>")
+
+    def line(self, x1: float, y1: float, x2: float, y2: float, **attributes: object) -> None:
+        """Append a straight line."""
+        self.add("line", x1=x1, y1=y1, x2=x2, y2=y2, **attributes)
+
+    def polyline(self, points: FloatArray, **attributes: object) -> None:
+        """Append an open line through (N, 2) points."""
+        joined = " ".join(f"{number(x)},{number(y)}" for x, y in points.tolist())
+        self.add("polyline", points=joined, fill="none", **attributes)
+
+    def circle(self, x: float, y: float, radius: float, **attributes: object) -> None:
+        """Append a circle."""
+        self.add("circle", cx=x, cy=y, r=radius, **attributes)
+
+    def text(self, x: float, y: float, content: str, **attributes: object) -> None:
+        """Append a line of text with its baseline at y."""
+        self.add("text", content, x=x, y=y, **attributes)
+
+    @contextmanager
+    def group(self, **attributes: object) -> Iterator[None]:
+        """Elements added inside share these attributes."""
+        self._parts.append(f"<g{_attributes(attributes)}>")
+        yield
+        self._parts.append("</g>")
+
+    def markup(self) -> Markup:
+        """The finished drawing, safe to place in a page."""
+        return Markup(self._head + "".join(self._parts) + "</svg>")  # noqa: S704 every part was escaped above
+
+
+def number(value: float) -> str:
+    """A coordinate with at most two decimals."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def _attributes(attributes: dict[str, object]) -> str:
+    parts = []
+    for name, value in attributes.items():
+        text = number(value) if isinstance(value, float) else str(value)
+        parts.append(f' {name.rstrip("_").replace("_", "-")}="{escape(text)}"')
+    return "".join(parts)

@@ -1,0 +1,102 @@
+"""Numbers and outcomes in words, the same everywhere on the page. What is not defined is a dash."""
+
+from __future__ import annotations
+
+import math
+
+from taskslam.evaluation import RunMetrics
+
+DASH = "–"
+_MODES = {"with-map": "with map", "without-map": "without map"}
+_OUTCOMES = {
+    "reached": "reached",
+    "no_plan": "no path to the goal",
+    "no_control": "no safe motion found",
+    "oscillation": "did not get on",
+    "bumped": "bumped into something",
+    "goal_timeout": "took too long",
+    "crashed": "the method crashed",
+    "stalled": "the method hung",
+    "lost": "the method lost itself",
+    "invalid_output": "the method gave an invalid pose",
+}
+
+
+def centimetres(metres: float | None) -> str:
+    """Metres in centimetres with the decimals that matter."""
+    if metres is None:
+        return DASH
+    value = metres * 100
+    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
+
+
+def diameters(metres: float | None, diameter_m: float) -> str:
+    """Metres in robot diameters D (protocol 5.5)."""
+    return DASH if metres is None else f"{metres / diameter_m:.2f} D"
+
+
+def degrees(radians: float | None) -> str:
+    """Radians in degrees."""
+    return DASH if radians is None else f"{math.degrees(radians):.2f}"
+
+
+def fields_of_view(radians: float | None, fov_deg: float) -> str:
+    """Radians in fields of view (protocol 5.5)."""
+    return DASH if radians is None else f"{math.degrees(radians) / fov_deg:.3f} FoV"
+
+
+def plain(value: float | None, digits: int) -> str:
+    """A number with so many decimals."""
+    return DASH if value is None else f"{value:.{digits}f}"
+
+
+def minutes(seconds: float | None) -> str:
+    """Seconds as minutes and seconds."""
+    if seconds is None:
+        return DASH
+    whole, rest = divmod(round(seconds), 60)
+    return f"{whole} min {rest:02d} s"
+
+
+def mode(name: str) -> str:
+    """A mode without its hyphen."""
+    return _MODES.get(name, name)
+
+
+def outcome(name: str) -> str:
+    """An outcome as a reader would say it."""
+    return _OUTCOMES.get(name, name.replace("_", " "))
+
+
+def verdict(metrics: RunMetrics, diameter_m: float) -> str:
+    """One sentence: did it get there every time, and how closely do the arrivals agree?"""
+    rounds = "the one round" if metrics.rounds == 1 else f"all {metrics.rounds} rounds"
+    if metrics.complete_waypoints == 0:
+        return f"No waypoint was reached in {rounds}, so there is no precision to state."
+    if metrics.complete_waypoints == metrics.planned_waypoints:
+        reached = f"Every waypoint was reached in {rounds}"
+    else:
+        reached = f"{metrics.complete_waypoints} of {metrics.planned_waypoints} waypoints were reached in {rounds}"
+    E = metrics.position.precision_m
+    if E is None:
+        return f"{reached}. One round alone says nothing about precision."
+    return f"{reached}; arrivals lie {centimetres(E)} cm from their mean, {E / diameter_m:.2f} robot diameters."
+
+
+def split(metrics: RunMetrics) -> str:
+    """Where the distance to the goal comes from, and which part limits precision."""
+    control, estimation = metrics.control, metrics.estimation
+    if control.position_m is None or estimation.position_m is None:
+        return "No waypoint was reached in every round, so the two shares have no mean."
+    text = (
+        f"On the waypoints reached every time, the robot believed itself {centimetres(control.position_m)} cm from the"
+        f" goal when it stopped (control), and truly stood {centimetres(estimation.position_m)} cm from where it"
+        " believed itself (estimation)."
+    )
+    if control.spread_m is None or estimation.spread_m is None:
+        return text
+    larger = "control" if control.spread_m > estimation.spread_m else "estimation"
+    return (
+        f"{text} From round to round control varied by {centimetres(control.spread_m)} cm and estimation by"
+        f" {centimetres(estimation.spread_m)} cm: {larger} is what limits precision here."
+    )
