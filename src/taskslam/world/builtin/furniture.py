@@ -1,6 +1,7 @@
 """Furniture of living rooms, bedrooms and studies.
 
-Each piece stands with the middle of its back on the origin of its frame, its front towards +y and x to its right. Sizes are metres, heights those of common furniture; most pieces cross the height of a laser scan (0.41 m).
+Each piece stands with the middle of its back on the origin of its frame, its front towards +y and x to its right.
+Sizes are metres, heights those of common furniture; most pieces cross the height of a laser scan (0.41 m).
 """
 
 from __future__ import annotations

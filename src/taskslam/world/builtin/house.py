@@ -51,6 +51,8 @@ def build_house() -> World:
     floor_plan = _rooms(p)
     for room in floor_plan:
         build_room(b, room, openings, trim)
+        with b.model(f"{room.name} lamp", *_middle(room)):
+            b.cylinder((0.0, 0.0), 0.16, CEILING - 0.10, CEILING, p.lamp_glass, 0.22, solid=False)
     build_openings(b, openings, p.oak, trim, INNER_WALL)
     rooms.furnish_living(b, p)
     rooms.furnish_kitchen(b, p)
@@ -110,13 +112,16 @@ def _windows(p: Palette) -> list[Opening]:
     ]
 
 
+def _middle(room: Room) -> tuple[float, float]:
+    return ((room.low[0] + room.high[0]) / 2, (room.low[1] + room.high[1]) / 2)
+
+
 def _light(room: Room) -> Light:
     """Return a ceiling lamp in the middle of a room."""
-    x, y = ((low + high) / 2 for low, high in zip(room.low, room.high, strict=True))
     return Light(
         name=f"{room.name} lamp",
         type="point",
-        pose=pose_from_xyz_rpy((x, y, CEILING - 0.25), (0.0, 0.0, 0.0)),
+        pose=pose_from_xyz_rpy((*_middle(room), CEILING - 0.25), (0.0, 0.0, 0.0)),
         diffuse=(0.75, 0.72, 0.66),
         attenuation_range=9.0,
         attenuation=(0.6, 0.08, 0.02),

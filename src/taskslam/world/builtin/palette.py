@@ -48,8 +48,8 @@ class Palette:
         bank, dice = self._bank, self._dice
         oak = textures.planks(bank, dice(), (120, 82, 50), (206, 164, 116))
         self.oak_floor = self._add("oak floor", oak, (2.4, 2.4))
-        walnut = textures.planks(bank, dice(), (66, 44, 32), (142, 100, 70), rows=12)
-        self.walnut_floor = self._add("walnut floor", walnut, (2.4, 2.4))
+        walnut = textures.planks(bank, dice(), (66, 44, 32), (142, 100, 70))
+        self.walnut_floor = self._add("walnut floor", walnut, (3.0, 3.0))
         cement: list[Colour] = [(222, 216, 204), (120, 138, 144)]
         kitchen = textures.tiles(bank, dice(), cement, (96, 104, 108), count=8, ornament=0.35)
         self.kitchen_floor = self._add("kitchen tiles", kitchen, (2.4, 2.4))
@@ -113,6 +113,8 @@ class Palette:
         self.leaf = self._add("leaf", leaf, (0.4, 0.4))
         self.soil = self._add("soil", textures.stone(bank, dice(), (40, 30, 24), (84, 66, 52), 256), (0.4, 0.4))
         self.screen = self._add("screen", pictures.screen(dice()), None)
+        glow = Material("lamp glass", (1.0, 0.97, 0.9, 1.0), None, emissive=(0.8, 0.76, 0.66))
+        self.lamp_glass = self._builder.material(glow, (1.0, 1.0))
         self.mirror = self._enamel("mirror", (186, 200, 206))
 
     def painting(self, wide: float, tall: float) -> Surface:
@@ -131,7 +133,7 @@ class Palette:
 
     def view(self) -> Surface:
         """Return a new view from a window, lit by the day outside."""
-        image = pictures.window_view(self._dice())
+        image = pictures.window_view(self._bank, self._dice())
         material = Material(f"view {self._count}", (1.0, 1.0, 1.0, 1.0), image, emissive=(0.4, 0.4, 0.4))
         return self._builder.material(material)
 

@@ -43,7 +43,7 @@ def painting(bank: NoiseBank, dice: Dice, width: int = 256, height: int = 256) -
 
 def rug(bank: NoiseBank, dice: Dice, width: int = 512, height: int = 512, detail: int = 24) -> Image:
     """A kilim: borders around a field that is mirrored both ways, woven."""
-    palette = dice.choice(_PALETTES)
+    palette = [_faded(colour) for colour in dice.choice(_PALETTES)]
     rows, columns = detail * height // max(width, height), detail * width // max(width, height)
     quarter = _kilim_quarter(dice, max(rows // 2, 4), max(columns // 2, 4), len(palette))
     half = np.concatenate([quarter, quarter[::-1]])
@@ -51,10 +51,15 @@ def rug(bank: NoiseBank, dice: Dice, width: int = 512, height: int = 512, detail
     at_row = np.arange(height) * field.shape[0] // height
     at_column = np.arange(width) * field.shape[1] // width
     image: Image = np.array(palette, np.uint8)[field[np.ix_(at_row, at_column)]]
-    size = max(width, height)
-    weave = fabric(bank, dice, (255, 255, 255), size)[:height, :width, :1].astype(np.float32) / np.float32(235.0)
+    weave = fabric(bank, dice, (255, 255, 255), 1024)[:height, :width, :1].astype(np.float32) / np.float32(235.0)
     woven: Image = np.clip(image * weave, 0, 255).astype(np.uint8)
     return woven
+
+
+def _faded(colour: Colour) -> Colour:
+    """Return a colour as old wool shows it: two thirds of itself, one third warm grey."""
+    red, green, blue = ((2 * c + g) // 3 for c, g in zip(colour, (168, 150, 128), strict=True))
+    return (red, green, blue)
 
 
 def _kilim_quarter(dice: Dice, rows: int, columns: int, colours: int) -> npt.NDArray[np.int64]:
@@ -105,13 +110,13 @@ def _title(spine: Image, dice: Dice, colour: Colour) -> None:
         row += length + 3
 
 
-def window_view(dice: Dice, width: int = 512, height: int = 512) -> Image:
+def window_view(bank: NoiseBank, dice: Dice, width: int = 512, height: int = 512) -> Image:
     """Sky with clouds over hills, hedges and a lawn."""
-    clouds = fractal_noise(dice, (height, width), (6, 4), 6)
+    clouds = bank.take("cloud", 512, dice)[:height, :width]
     up = np.linspace(1.0, 0.0, height, dtype=np.float32)[:, None]
     sky = np.clip(up * np.float32(0.5) + (clouds - np.float32(0.45)) * np.float32(-1.6), 0, 1)
     image = blend((240, 243, 246), (104, 158, 214), sky.astype(np.float32))
-    leaves = fractal_noise(dice, (height, width), (24, 24), 5, 0.8)
+    leaves = bank.take("grain", 512, dice)[:height, :width]
     skyline = fractal_noise(dice, (1, width), (1, 5), 6)[0]
     rows = np.arange(height)[:, None]
     layers: list[tuple[float, float, Colour, Colour]] = [

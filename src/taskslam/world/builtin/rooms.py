@@ -208,8 +208,9 @@ def furnish_study(b: Builder, p: Palette) -> None:
             furniture.bookshelf(b, p, 0.88, 2.2, p.walnut)
     with b.model("filing drawers", 2.94, -4.4, WEST):
         furniture.drawers(b, p, 1.6, 0.46, 0.78, p.oak, 3)
+    with b.model("plant", 2.66, -4.9):
         furniture.plant(b, p, 0.55, 0.11, base=0.78)
-    with b.model("reading chair", 0.35, -1.12, SOUTH - 20):
+    with b.model("reading chair", 0.3, -1.3, SOUTH - 20):
         furniture.sofa(b, p, p.mustard_fabric, 1)
     with b.model("floor lamp", -0.72, -1.35):
         furniture.lamp(b, p, 1.7)
@@ -246,11 +247,11 @@ def furnish_children(b: Builder, p: Palette) -> None:
         furniture.chair(b, p.yellow_wood, p.blue_fabric)
     with b.model("wardrobe", 4.15, -1.06, SOUTH):
         furniture.cabinet(b, 1.7, 0.56, 2.0, p.sage_wood, 4, p.yellow_wood)
-    with b.model("tent", 7.25, -2.0, 15.0):
+    with b.model("tent", 7.25, -1.78, 15.0):
         fittings.tepee(b, p)
     with b.model("toy chest", 7.95, -3.55, WEST):
         furniture.drawers(b, p, 0.75, 0.42, 0.36, p.teal_wood, 1)
-    with b.model("beanbag", 3.6, -3.55, 25.0):
+    with b.model("beanbag", 6.95, -2.95, 25.0):
         fittings.beanbag(b, p.rust_fabric)
     with b.model("curtain", 4.45, -5.48, NORTH):
         furniture.curtain(b, p, 0.35)
