@@ -22,7 +22,7 @@ from taskslam.world.floor_plan import OCCUPIED, FloorPlan
 PERIOD = NANOSECONDS // 20
 
 
-@njit(cache=True)
+@njit  # no cache: pytest gives this file a module name that cannot be imported again
 def _cast(occupied, resolution, x, y, angles, limit):
     rows, columns = occupied.shape
     ranges = np.full(len(angles), np.inf)
@@ -83,7 +83,12 @@ class Simulation:
         )
         ranges += self.random.normal(0.0, lidar.noise, len(ranges))
         return LaserScan(
-            self.now, ranges.astype(np.float32), lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max
+            self.now,
+            ranges.astype(np.float32),
+            lidar.angle_min,
+            lidar.angle_increment,
+            lidar.range_min,
+            lidar.range_max,
         )
 
     def step(self):

@@ -34,7 +34,7 @@ def initial_band(
     if length < 2.0 * step:
         turn = _turn(theta_start, theta_goal)
         duration = max(length / v, abs(turn) / w, 2.0 * dt_ref)
-        m = max(int(math.ceil(duration / dt_ref)), 2)
+        m = max(math.ceil(duration / dt_ref), 2)
         for k in range(m + 1):
             f = k / m
             z[k, 0] = path[0, 0] + f * (path[-1, 0] - path[0, 0])
@@ -44,7 +44,7 @@ def initial_band(
         return z, m + 1
 
     spare = capacity - 1 - 2 * (int(math.pi / (w * dt_ref)) + 2)
-    m = min(max(int(math.ceil(length / step)), 2), spare)
+    m = min(max(math.ceil(length / step), 2), spare)
     points = np.empty((m + 1, 2))
     j = 0
     for k in range(m + 1):

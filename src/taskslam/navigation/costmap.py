@@ -137,7 +137,10 @@ class LocalCostmap:
         """(M, 2) centres in `odom` of the lethal cells that have a free neighbour, none more than `behind` m behind."""
         x0, y0 = self.origin
         heading = (math.cos(T_odom_base.theta), math.sin(T_odom_base.theta))
-        return _surface(self.layers, x0, y0, self.resolution, T_odom_base.x, T_odom_base.y, *heading, behind)
+        points: FloatArray = _surface(
+            self.layers, x0, y0, self.resolution, T_odom_base.x, T_odom_base.y, *heading, behind
+        )  # fmt: skip
+        return points
 
     def cost_at(self, x: float, y: float) -> int:
         """The cost at a point in `odom`; LETHAL outside the window."""
@@ -191,7 +194,7 @@ def _project(
     marks: Grid,
     layers: Grid,
 ) -> None:
-    """layers = the larger of `marks` and the plan seen at each local cell's centre; (x, y, theta) is T_grid_odom."""
+    """Set `layers` to the larger of `marks` and the plan at each local cell's centre; (x, y, theta): T_grid_odom."""
     c, s = math.cos(theta), math.sin(theta)
     rows, columns = static.shape
     for i in range(layers.shape[0]):

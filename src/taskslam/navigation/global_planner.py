@@ -162,7 +162,7 @@ def _descend(u: FloatArray, sx: float, sy: float, gx: float, gy: float) -> Float
                 x, y = nx, ny
                 moved = True
         if not moved:
-            # the blend of slopes points uphill (a corner): go to the lowest neighbour's centre, which is always downhill
+            # the blend of slopes points uphill (a corner): go to the lowest neighbour's centre, always downhill
             br, bc = r, c
             for kr in range(max(r - 1, 0), min(r + 2, rows)):
                 for kc in range(max(c - 1, 0), min(c + 2, columns)):

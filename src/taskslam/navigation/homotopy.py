@@ -39,9 +39,9 @@ class ObstacleMap:
     @staticmethod
     def of(costmap: LocalCostmap) -> ObstacleMap:
         """Label the obstacles of a local costmap (frame `odom`)."""
-        labels, count = ndimage.label(blocked(costmap.cost), _EIGHT_NEIGHBOURS)
+        labels = np.empty(costmap.cost.shape, np.int32)
+        count = ndimage.label(blocked(costmap.cost), _EIGHT_NEIGHBOURS, output=labels)
         x0, y0 = costmap.origin
-        labels = labels.astype(np.int32, copy=False)
         inside = _points_inside(labels, costmap.layers, count, x0, y0, costmap.resolution)
         return ObstacleMap(labels, inside, x0, y0, costmap.resolution)
 

@@ -36,7 +36,8 @@ def inflate(
     """Write the costs of rows row0..row1-1, columns column0..column1-1 of `master` from the cells in `layers`.
 
     layers: (rows, columns) of FREE_SPACE or LETHAL. Two passes: distance along the column, then the
-    lower envelope along the row within `reach` (the brute form of Meijster et al. 2000, exact, and quick for short reach).
+    lower envelope along the row within `reach` (Meijster et al. 2000 without its second
+    scan: exact, and quick for a short reach).
     """
     rows, columns = layers.shape
     left, right = max(column0 - reach, 0), min(column1 + reach, columns)

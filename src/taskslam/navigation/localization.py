@@ -30,9 +30,8 @@ class Localization:
     Until the first estimate the robot is where its odometry says, with odometry starting at `T_map_start`.
     """
 
-    MAX_EXTRAPOLATION_S = (
-        0.1  # map_to_odom_publisher waits this long for odometry, then drops the estimate (protocol 2.2)
-    )
+    # map_to_odom_publisher waits this long for odometry, then drops the estimate (protocol 2.2)
+    MAX_EXTRAPOLATION_S = 0.1
 
     def __init__(self, T_map_start: SE2, history_s: float = 10.0) -> None:
         self._T_map_start = T_map_start
@@ -42,15 +41,15 @@ class Localization:
         self.T_map_odom = T_map_start
 
     @property
-    def T_odom_base(self) -> SE2:
+    def T_odom_base(self) -> SE2:  # noqa: N802
         """The newest odometry; identity before the first."""
         return self._poses[-1] if self._poses else SE2()
 
-    def T_map_base(self) -> SE2:
+    def T_map_base(self) -> SE2:  # noqa: N802
         """The robot's SLAM-based pose now: the latest correction, carried on by odometry."""
         return self.T_map_odom @ self.T_odom_base
 
-    def T_map_base_at(self, stamp: int) -> SE2 | None:
+    def T_map_base_at(self, stamp: int) -> SE2 | None:  # noqa: N802
         """The SLAM-based pose at an earlier stamp with the present correction; None outside the history."""
         T_odom_base = self.T_odom_base_at(stamp)
         return None if T_odom_base is None else self.T_map_odom @ T_odom_base
@@ -76,8 +75,8 @@ class Localization:
         self.T_map_odom = self._T_map_start @ T_start_base @ T_odom_base.inverse()
         return Correction.APPLIED
 
-    def T_odom_base_at(self, stamp: int) -> SE2 | None:
-        """Odometry at a stamp: interpolated, or extrapolated by up to 0.1 s; None if the history does not reach there."""
+    def T_odom_base_at(self, stamp: int) -> SE2 | None:  # noqa: N802
+        """Odometry at a stamp: interpolated, or extrapolated by up to 0.1 s; None beyond the history."""
         stamps, poses = self._stamps, self._poses
         if not stamps:
             return SE2() if stamp == 0 else None

@@ -1,14 +1,15 @@
 """`Navigator`: drives to one goal at a time and says how it ended, on the SLAM-based pose alone.
 
-What move_base does with recovery behaviours off (protocol 1.5, 3.2): a plan at 1 Hz, control at 5 Hz, costmaps at their own
-rates, and four reasons to give up, plus our own time limit. Time is the simulated `now`, in ns; no clock is read and
-no true pose is ever seen.
+What move_base does with recovery behaviours off (protocol 1.5, 3.2): a plan at 1 Hz, control at 5 Hz, costmaps at their
+own rates, and four reasons to give up, plus our own time limit. Time is the simulated `now`, in ns; no clock is read
+and no true pose is ever seen.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from taskslam.geometry import SE2, FloatArray, transform_points, wrap_angle
 from taskslam.measurements import NANOSECONDS, LaserScan
@@ -40,7 +41,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class NavigatorView:
-    """A look inside for figures: the newest global path in `map`, (N, 2), or None, and both costmaps (live, not copies)."""
+    """A look inside for figures. path: the newest global path in `map`, (N, 2), or None; costmaps live, not copied."""
 
     path: FloatArray | None
     global_costmap: GlobalCostmap
@@ -87,7 +88,12 @@ class Navigator:
         self._local_timer = _Timer(s.costmap.local_rate)
         self._global_timer = _Timer(s.costmap.global_rate)
         self._plan_timer = _Timer(s.global_planner.rate)
-        self.reset()
+        self._scan: PlacedScan | None = None
+        self._goal: SE2 | None = None
+        self._patience: Patience | None = None
+        self._path: FloatArray | None = None
+        self._planning = True
+        self._target = Velocity()
 
     def reset(self) -> None:
         """A new round without map: costmaps, plans, scans and the last command are forgotten."""
@@ -96,7 +102,7 @@ class Navigator:
         self._smoother.reset()
         for timer in (self._control_timer, self._local_timer, self._global_timer):
             timer.reset()
-        self._scan: PlacedScan | None = None
+        self._scan = None
         self._forget_goal()
 
     def start_goal(self, goal: SE2, now: int) -> None:
@@ -132,9 +138,9 @@ class Navigator:
         return NavigatorView(self._path, self._global, self._local, self._planner)
 
     def _forget_goal(self) -> None:
-        self._goal: SE2 | None = None
-        self._patience: Patience | None = None
-        self._path: FloatArray | None = None
+        self._goal = None
+        self._patience = None
+        self._path = None
         self._planning = True
         self._target = Velocity()
         self._plan_timer.reset()
@@ -178,8 +184,8 @@ class Navigator:
         if path is None:
             return  # while control goes well, the robot goes on along its last path, as under move_base
         if self._path is None:
-            length = sum(math.dist(a, b) for a, b in zip(path[:-1], path[1:], strict=True))
-            patience.allow_time(now, length, self._settings.teb.max_vel_x)
+            length = np.hypot(*np.diff(path, axis=0).T).sum()
+            patience.allow_time(now, float(length), self._settings.teb.max_vel_x)
         self._path = path
         self._planning = False
         patience.planned(now)

@@ -1,8 +1,8 @@
 """The obstacle layer's two kernels, and how a scan is placed in a grid.
 
-A hit marks its cell when it is near enough; the ray towards it clears the cells before it. Rays without a hit do neither
-(`inf_is_valid` false, protocol 3.3). All clearing of a scan comes before its marking, as in costmap_2d, so a ray that
-passes a wall at a grazing angle cannot erase what its neighbour has just seen.
+A hit marks its cell when it is near enough; the ray towards it clears the cells before it. Rays without a hit do
+neither (`inf_is_valid` false, protocol 3.3). All clearing of a scan comes before its marking, as in costmap_2d,
+so a ray that passes a wall at a grazing angle cannot erase what its neighbour has just seen.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def clear_and_mark(
     raytrace_range: float,
     margin: float,
 ) -> None:
-    """Update `marks` (rows, columns; 254 occupied, 0 free) with hits seen from (x, y, theta) in the grid's own frame, m.
+    """Update `marks` (rows, columns; 254 occupied, 0 free) with hits seen from (x, y, theta) in the grid's frame, m.
 
     margin: how far before a hit clearing ends, m (the VoxelLayer of costmap_2d keeps two cells).
     """
@@ -81,7 +81,7 @@ def clear_and_mark(
 
 @njit(cache=True)
 def clear_disc(marks: Grid, x: float, y: float, radius: float, resolution: float) -> None:
-    """Free the cells under the robot (costmap_2d `footprint_clearing_enabled`, on by default); x, y in the grid's frame."""
+    """Free the cells under the robot at x, y (costmap_2d `footprint_clearing_enabled`, on by default)."""
     rows, columns = marks.shape
     u, v, reach = x / resolution, y / resolution, radius / resolution
     for r in range(max(math.floor(v - reach), 0), min(math.floor(v + reach) + 1, rows)):

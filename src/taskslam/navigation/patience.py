@@ -40,7 +40,7 @@ class Patience:
             self._last_moved = now
 
     def exhausted(self, now: int, planning: bool, where: str) -> tuple[Outcome | None, str]:
-        """The first rule that is broken, with a sentence, or (None, ""). planning: waiting for a plan, standing still."""
+        """The first broken rule and a sentence, or (None, ""). planning: standing still, waiting for a plan."""
         s = self._settings
         if planning and _seconds(now - self._last_plan) > s.planner_patience:
             return Outcome.NO_PLAN, f"No path to the goal for {s.planner_patience:g} s {where}."

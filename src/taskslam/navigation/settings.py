@@ -29,7 +29,7 @@ class CostmapSettings(_Part):
     obstacle_range: Positive = 4.5  # obstacle_layer: farther hits mark nothing
     raytrace_range: Positive = 5.0  # obstacle_layer: rays clear up to here
     clearing_margin_cells: Annotated[int, Field(ge=0)] = 2  # costmap_2d VoxelLayer: clearing ends this short of the hit
-    # track_unknown_space false: the obstacle layer's free cells overwrite unknown ones; GlobalPlanner allow_unknown true
+    # track_unknown_space false: free cells of the obstacle layer overwrite unknown ones; allow_unknown true
     unknown_is_free: bool = True
     local_size: Positive = 5.0  # local costmap, width and height
     local_resolution: Positive = 0.05  # local costmap
@@ -52,9 +52,7 @@ class TebSettings(_Part):
     dt_ref: Positive = 0.3
     dt_hysteresis: Positive = 0.1
     min_samples: Annotated[int, Field(ge=3)] = 3  # default
-    max_samples: Annotated[int, Field(ge=8, le=500)] = (
-        120  # default 500; the 2.125 m horizon never needs more than this
-    )
+    max_samples: Annotated[int, Field(ge=8, le=500)] = 120  # default 500; the horizon never needs more than this
     max_vel_x: Positive = 0.3
     max_vel_x_backwards: Positive = 0.15
     max_vel_theta: Positive = 1.5
@@ -77,16 +75,13 @@ class TebSettings(_Part):
     weight_adapt_factor: Positive = 2.0  # default; obstacle weight grows by it each outer iteration
     no_inner_iterations: Count = 5
     no_outer_iterations: Count = 4
-    horizon_factor: Annotated[float, Field(gt=0, le=1)] = (
-        0.85  # teb_local_planner: share of the half width of the local map
-    )
-    moving_average_poses: Count = 3  # teb_local_planner: plan poses that give the heading of an intermediate local goal
+    # teb_local_planner: the horizon as a share of the local map's half width, 2.125 m
+    horizon_factor: Annotated[float, Field(gt=0, le=1)] = 0.85
+    moving_average_poses: Count = 3  # teb_local_planner: plan steps that give a local goal its heading
     force_reinit_new_goal_dist: Positive = 1.0  # default
     force_reinit_new_goal_angular: Positive = 1.5707963267948966  # default, pi / 2
     feasibility_check_no_poses: Count = 5
-    shrink_horizon_min_duration: NonNegative = (
-        10.0  # default; the horizon is halved for so long after an infeasible band
-    )
+    shrink_horizon_min_duration: NonNegative = 10.0  # default; horizon halved so long after an infeasible band
     max_classes: Count = 4
     roadmap_graph_no_samples: Annotated[int, Field(ge=0)] = 15
     roadmap_graph_area_width: Positive = 6.0
@@ -95,11 +90,14 @@ class TebSettings(_Part):
     selection_cost_hysteresis: Positive = 0.7
     selection_prefer_initial_plan: Positive = 0.95  # default
     selection_obst_cost_scale: Positive = 100.0  # default
+    detours_start_length: Positive = (
+        0.4  # default length_start_orientation_vector: candidates that set off backwards go
+    )
     max_ratio_detours_duration: Positive = 3.0  # default; slower candidates than this times the fastest are dropped
 
 
 class GoalSettings(_Part):
-    """When a goal is reached (protocol 3.1, 3.5) and when it is given up (protocol 3.2; recovery behaviours are off)."""
+    """When a goal is reached (protocol 3.1, 3.5) and when it is given up (3.2; recovery behaviours are off)."""
 
     xy_tolerance: Positive = 0.2
     yaw_tolerance: Positive = 0.25

@@ -87,7 +87,12 @@ class TebPlanner:
                 band.cost *= s.selection_prefer_initial_plan
         self._bands = [band for band in self._bands if math.isfinite(band.cost)]
         quickest = min((band.duration() for band in self._bands), default=0.0)
-        self._bands = [b for b in self._bands if b.duration() <= s.max_ratio_detours_duration * quickest]
+        limit = s.max_ratio_detours_duration * quickest
+        self._bands = [
+            band
+            for index, band in enumerate(self._bands)
+            if band.duration() <= limit and (index == 0 or not _sets_off_backwards(band, s.detours_start_length))
+        ]
         self._bands.sort(key=lambda band: band.cost)
         while self._bands and not _feasible(self._bands[0], request.costmap, s.feasibility_check_no_poses):
             del self._bands[0]
@@ -189,6 +194,13 @@ class TebPlanner:
             min(max(float(linear), -s.max_vel_x_backwards), s.max_vel_x),
             min(max(float(turn / dt), -s.max_vel_theta), s.max_vel_theta),
         )
+
+
+def _sets_off_backwards(band: Band, length: float) -> bool:
+    """Whether the band leads away from its goal over its first `length` metres."""
+    offsets = band.z[: band.n, :2] - band.z[0, :2]
+    far = np.flatnonzero(np.hypot(offsets[:, 0], offsets[:, 1]) >= length)
+    return len(far) > 0 and float(offsets[far[0]] @ offsets[-1]) <= 0.0
 
 
 def _feasible(band: Band, costmap: LocalCostmap, poses: int) -> bool:

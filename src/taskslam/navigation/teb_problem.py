@@ -1,8 +1,9 @@
 """The timed elastic band as a least-squares problem: residuals, analytic Jacobians, normal equations.
 
-A band is an (N, 4) array `z` with rows x, y, theta, dt: n poses in the local costmap's frame and the n - 1 times between
-them. Sources: Roesmann et al. 2012 ("Trajectory modification considering dynamic constraints of autonomous robots") for
-the objectives, Roesmann et al. 2013 ("Efficient trajectory optimization using a sparse model") for their sparsity.
+A band is an (N, 4) array `z` with rows x, y, theta, dt: n poses in the local costmap's frame and the n - 1 times
+between them. Sources: Roesmann et al. 2012 ("Trajectory modification considering dynamic constraints of autonomous
+robots") for the objectives, Roesmann et al. 2013 ("Efficient trajectory optimization using a sparse model") for their
+sparsity.
 
 Over an interval, `lon` and `lat` are the displacement along and across the mean heading. Of a robot that cannot slide,
 lat is zero and lon is the signed chord, so both velocity and direction follow from lon without a sign function.
