@@ -1,7 +1,7 @@
 """`import_sdf`: a Gazebo world file as a `World`.
 
-The steps: read the file, expand its includes into models, place models and links (the poses in `<state>` stand above the
-definitions), turn every visual and collision into triangles, and say in one sentence what was missing.
+The steps: read the file, expand its includes into models, place models and links (the poses in `<state>` stand above
+the definitions), turn every visual and collision into triangles, and say in one sentence what was missing.
 """
 
 from __future__ import annotations

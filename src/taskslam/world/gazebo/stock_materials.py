@@ -45,7 +45,7 @@ _COLOURS: dict[str, tuple[float, float, float]] = {
     "PaintedWall": (0.85, 0.83, 0.76),
     "Residential": (0.75, 0.68, 0.6),
 }
-_BRICK_TILE, _PLANK_TILE, _SPECKLE_TILE = 2.0, 1.6, 2.0
+_BRICK_TILE, _PLANK_TILE, _SPECKLE_TILE = 4.0, 1.6, 2.0
 
 
 def stock_material(name: str) -> tuple[Material, float] | None:
@@ -83,9 +83,9 @@ def _smooth_noise(rng: np.random.Generator, size: int, cells_x: int, cells_y: in
 
 @cache
 def _bricks(size: int = 1024) -> Texture:
-    """Running bond over 2 m x 2 m: 8 bricks of 25 cm by 24 courses of 8.3 cm, each of its own shade."""
+    """Running bond over 4 m x 4 m: 16 bricks of 25 cm by 48 courses of 8.3 cm, each of its own shade."""
     rng = np.random.Generator(np.random.PCG64(11))
-    courses, bricks = 24, 8
+    courses, bricks = 48, 16
     y = np.arange(size) * courses / size
     row = np.floor(y).astype(int)
     x = np.arange(size)[None] * bricks / size + 0.5 * (row[:, None] % 2)
@@ -94,12 +94,13 @@ def _bricks(size: int = 1024) -> Texture:
     along = np.minimum(y % 1.0, 1.0 - y % 1.0)[:, None] * 83.0
     edge = np.minimum(across, along) + 1.5 * _smooth_noise(rng, size, 128, 128)
     mortar = np.clip((7.0 - edge) / 2.5, 0.0, 1.0)[..., None]
-    shade = rng.normal(1.0, 0.13, (courses, bricks))[row[:, None], column][..., None]
+    shade = rng.normal(1.0, 0.09, (courses, bricks))[row[:, None], column][..., None]
     warm = rng.uniform(-12.0, 12.0, (courses, bricks))[row[:, None], column]
     grain = 1.0 + 0.07 * _smooth_noise(rng, size, 256, 256) + 0.06 * _smooth_noise(rng, size, 32, 32)
-    clay = np.stack([150.0 + warm, 78.0 + 0.5 * warm, np.full_like(warm, 60.0)], axis=-1) * shade * grain[..., None]
+    clay = np.stack([146.0 + warm, 86.0 + 0.5 * warm, np.full_like(warm, 70.0)], axis=-1) * shade * grain[..., None]
     joint = np.array([176.0, 170.0, 160.0]) * (1.0 + 0.06 * _smooth_noise(rng, size, 256, 256))[..., None]
-    return np.clip(clay * (1.0 - mortar) + joint * mortar, 0, 255).astype(np.uint8)
+    pixels: Texture = np.clip(clay * (1.0 - mortar) + joint * mortar, 0, 255).astype(np.uint8)
+    return pixels
 
 
 @cache
