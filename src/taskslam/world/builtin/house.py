@@ -1,15 +1,15 @@
-"""`house`: a furnished home of seven rooms, 16 m by 11 m, with loops through every room.
+"""`house`: a furnished home of seven rooms, 17 m by 11.7 m, with loops through every room.
 
-    +------------------+----------+----------------------+   y = 5.5
+    +------------------+----------+----------------------+   y = 5.85
     |     kitchen      |   bath   |       bedroom        |
     |                  |          =                      |
-    +--==-------==-----+--==------+----==----------------+   y = 0.9
+    +--==-------==-----+--==------+----==----------------+   y = 0.95
     |                  =        corridor                 |
-    |     living       +-------==--------==--------------+   y = -1.0
+    |     living       +-------==--------==--------------+   y = -1.05
     |     room         |    study     |    children      |
     |                  =              =                  |
-    +------------------+--------------+------------------+   y = -5.5
-  x = -8             -1.5            3.0                 8
+    +------------------+--------------+------------------+   y = -5.85
+  x = -8.5           -1.6            3.2                8.5
 
 Doorways are at least 1.0 m clear. Furniture crosses the height of a laser scan (0.41 m) at different depths, every room
 has walls, floor and pictures of its own, so places can be told apart by laser and by camera. Built from one seed, the
@@ -35,7 +35,7 @@ from taskslam.world.builtin.structure import (
 from taskslam.world.world import Light, World
 
 SEED = 20
-LOW, HIGH = (-8.0, -5.5), (8.0, 5.5)
+LOW, HIGH = (-8.5, -5.85), (8.5, 5.85)
 INNER_WALL = 0.12
 _HALF = INNER_WALL / 2
 
@@ -66,32 +66,37 @@ def build_house() -> World:
 
 
 def _rooms(p: Palette) -> list[Room]:
-    west, east = -1.5 - _HALF, -1.5 + _HALF
+    west, east = -1.6 - _HALF, -1.6 + _HALF
     return [
-        Room("living room", LOW, (west, 0.6 - _HALF), p.oak_floor, p.living_wall, {"-x": p.brick}),
-        Room("kitchen", (-8.0, 0.6 + _HALF), (west, 5.5), p.kitchen_floor, p.kitchen_wall, {}),
-        Room("corridor", (east, -1.0 + _HALF), (8.0, 0.9 - _HALF), p.oak_floor, p.corridor_wall, {}),
-        Room("study", (east, -5.5), (3.0 - _HALF, -1.0 - _HALF), p.walnut_floor, p.study_wall, {"+y": p.living_wall}),
+        Room("living room", LOW, (west, 0.65 - _HALF), p.oak_floor, p.living_wall, {"-x": p.brick}),
+        Room("kitchen", (-8.5, 0.65 + _HALF), (west, 5.85), p.kitchen_floor, p.kitchen_wall, {}),
+        Room("corridor", (east, -1.05 + _HALF), (8.5, 0.95 - _HALF), p.oak_floor, p.corridor_wall, {}),
+        Room("study", (east, -5.85), (3.2 - _HALF, -1.05 - _HALF), p.walnut_floor, p.study_wall, {"+y": p.living_wall}),
         Room(
-            "children's room", (3.0 + _HALF, -5.5), (8.0, -1.0 - _HALF), p.oak_floor, p.kids_wall, {"+x": p.living_wall}
+            "children's room",
+            (3.2 + _HALF, -5.85),
+            (8.5, -1.05 - _HALF),
+            p.oak_floor,
+            p.kids_wall,
+            {"+x": p.living_wall},
         ),
-        Room("bath", (east, 0.9 + _HALF), (1.5 - _HALF, 5.5), p.bath_floor, p.bath_wall, {}),
-        Room("bedroom", (1.5 + _HALF, 0.9 + _HALF), HIGH, p.walnut_floor, p.bedroom_wall, {"-y": p.study_wall}),
+        Room("bath", (east, 0.95 + _HALF), (1.6 - _HALF, 5.85), p.bath_floor, p.bath_wall, {}),
+        Room("bedroom", (1.6 + _HALF, 0.95 + _HALF), HIGH, p.walnut_floor, p.bedroom_wall, {"-y": p.study_wall}),
     ]
 
 
 def _doorways() -> list[Opening]:
     return [
-        Opening("x", -1.5, -0.62, 0.48),  # living room - corridor
-        Opening("x", -1.5, -4.35, -3.25),  # living room - study
-        Opening("y", 0.6, -7.10, -5.40, top=2.25),  # living room - kitchen, wide
-        Opening("y", 0.6, -3.40, -2.30),  # living room - kitchen
-        Opening("y", -1.0, 1.20, 2.30),  # study - corridor
-        Opening("x", 3.0, -3.20, -2.10),  # study - children's room
-        Opening("y", -1.0, 5.20, 6.30),  # children's room - corridor
-        Opening("y", 0.9, -0.70, 0.40),  # bath - corridor
-        Opening("x", 1.5, 3.05, 4.15),  # bath - bedroom
-        Opening("y", 0.9, 3.20, 4.30),  # bedroom - corridor
+        Opening("x", -1.6, -0.65, 0.52),  # living room - corridor
+        Opening("x", -1.6, -4.62, -3.45),  # living room - study
+        Opening("y", 0.65, -7.54, -5.74, top=2.25),  # living room - kitchen, wide
+        Opening("y", 0.65, -3.62, -2.45),  # living room - kitchen
+        Opening("y", -1.05, 1.28, 2.45),  # study - corridor
+        Opening("x", 3.2, -3.4, -2.22),  # study - children's room
+        Opening("y", -1.05, 5.53, 6.7),  # children's room - corridor
+        Opening("y", 0.95, -0.75, 0.43),  # bath - corridor
+        Opening("x", 1.6, 3.24, 4.41),  # bath - bedroom
+        Opening("y", 0.95, 3.41, 4.58),  # bedroom - corridor
     ]
 
 
@@ -99,16 +104,16 @@ def _windows(p: Palette) -> list[Opening]:
     west, east = LOW[0] - OUTER_WALL / 2, HIGH[0] + OUTER_WALL / 2
     south, north = LOW[1] - OUTER_WALL / 2, HIGH[1] + OUTER_WALL / 2
     return [
-        Opening("x", west, -4.1, -2.3, 0.55, 2.2, p.view()),  # living room
-        Opening("y", south, -5.4, -3.4, 0.55, 2.2, p.view()),  # living room
-        Opening("x", west, 2.2, 4.0, 1.1, 2.2, p.view()),  # kitchen
-        Opening("y", north, -3.2, -2.0, 0.9, 2.2, p.view()),  # kitchen
-        Opening("y", north, -0.6, 0.6, 1.3, 2.1, p.view()),  # bath
-        Opening("y", north, 3.2, 5.2, 0.7, 2.2, p.view()),  # bedroom
-        Opening("x", east, 2.4, 4.2, 1.25, 2.2, p.view()),  # bedroom
-        Opening("y", south, -0.2, 1.6, 0.9, 2.2, p.view()),  # study
-        Opening("y", south, 4.7, 6.5, 0.9, 2.2, p.view()),  # children's room
-        Opening("x", east, -3.0, -1.6, 0.9, 2.2, p.view()),  # children's room
+        Opening("x", west, -4.36, -2.44, 0.55, 2.2, p.view()),  # living room
+        Opening("y", south, -5.74, -3.62, 0.55, 2.2, p.view()),  # living room
+        Opening("x", west, 2.33, 4.25, 1.1, 2.2, p.view()),  # kitchen
+        Opening("y", north, -3.4, -2.13, 0.9, 2.2, p.view()),  # kitchen
+        Opening("y", north, -0.64, 0.64, 1.3, 2.1, p.view()),  # bath
+        Opening("y", north, 3.41, 5.53, 0.7, 2.2, p.view()),  # bedroom
+        Opening("x", east, 2.55, 4.47, 1.25, 2.2, p.view()),  # bedroom
+        Opening("y", south, -0.21, 1.71, 0.9, 2.2, p.view()),  # study
+        Opening("y", south, 5.0, 6.91, 0.9, 2.2, p.view()),  # children's room
+        Opening("x", east, -3.18, -1.69, 0.9, 2.2, p.view()),  # children's room
     ]
 
 
