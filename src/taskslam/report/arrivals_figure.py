@@ -1,8 +1,14 @@
-"""The arrivals at one waypoint, enlarged and turned so that the goal's heading points up."""
+"""The arrivals at one waypoint, enlarged and turned so that the goal's heading points up.
+
+The panel is centred on the mean arrival, so that the spread (precision) fills it; the inset below shows where that
+lies against the goal and the tolerance of navigation (accuracy).
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
@@ -10,70 +16,163 @@ from markupsafe import Markup
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2
 from taskslam.record import GoalTolerance
-from taskslam.report import palette
+from taskslam.report import palette, words
 from taskslam.report.svg import Svg
 
-_SIZE = 180.0
-_HALF_WIDTHS = (0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # m from the goal to the panel's edge
-_BARS = {0.25: "10 cm", 0.5: "20 cm", 1.0: "50 cm", 2.0: "1 m", 5.0: "2 m", 10.0: "5 m", 20.0: "10 m"}
-_BAR_METRES = {"10 cm": 0.1, "20 cm": 0.2, "50 cm": 0.5, "1 m": 1.0, "2 m": 2.0, "5 m": 5.0, "10 m": 10.0, "20 m": 20.0}
+_SIZE = 200.0
+_INSET = 66.0
+# Half a panel's width in metres, and a scale bar that suits it.
+_ZOOMS = (
+    (0.025, 0.01, "1 cm"),
+    (0.05, 0.02, "2 cm"),
+    (0.1, 0.05, "5 cm"),
+    (0.25, 0.1, "10 cm"),
+    (0.5, 0.2, "20 cm"),
+    (1.0, 0.5, "50 cm"),
+    (2.5, 1.0, "1 m"),
+    (5.0, 2.0, "2 m"),
+    (10.0, 5.0, "5 m"),
+    (25.0, 10.0, "10 m"),
+    (100.0, 50.0, "50 m"),
+)
 
 
-def arrivals_figure(waypoint: WaypointMetrics, tolerance: GoalTolerance) -> Markup:
-    """Draw a panel: the goal with its tolerance, true poses, believed positions, mean and radius E."""
+@dataclass(frozen=True)
+class _Window:
+    """From the goal's frame (x ahead, y left) to a square of the drawing with ahead up."""
+
+    x: float
+    y: float
+    size: float
+    centre: tuple[float, float]
+    half: float
+
+    @property
+    def scale(self) -> float:
+        return self.size / 2 / self.half
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Drawing coordinates of a point of the goal's frame."""
+        return (
+            self.x + self.size / 2 - (y - self.centre[1]) * self.scale,
+            self.y + self.size / 2 - (x - self.centre[0]) * self.scale,
+        )
+
+
+def arrivals_figures(waypoints: Sequence[WaypointMetrics], tolerance: GoalTolerance) -> list[Markup]:
+    """Draw one panel for each waypoint, on one scale where three quarters of them fit; wider ones zoom out."""
+    panels = [_panel(waypoint) for waypoint in waypoints]
+    zooms = sorted(panel.zoom for panel in panels)
+    common = zooms[math.ceil(0.75 * len(zooms)) - 1]
+    return [_draw_panel(panel, max(panel.zoom, common), tolerance.position_m) for panel in panels]
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """A waypoint's visits in its goal's frame, truth and belief of each; zoom: index of the closest zoom that fits."""
+
+    waypoint: WaypointMetrics
+    visits: tuple[tuple[SE2 | None, SE2 | None], ...]
+    mean: tuple[float, float]
+    zoom: int
+
+    @property
+    def truths(self) -> list[SE2]:
+        return [truth for truth, _ in self.visits if truth is not None]
+
+
+def _panel(waypoint: WaypointMetrics) -> _Panel:
     T_goal_map = SE2(*waypoint.target).inverse()
-    truths = [T_goal_map @ SE2(*visit.truth) for visit in waypoint.arrivals if visit.truth is not None]
-    beliefs = [T_goal_map @ SE2(*visit.estimate) for visit in waypoint.arrivals if visit.estimate is not None]
-    half = _half_width([*truths, *beliefs])
-    scale = (_SIZE / 2 - 8) / half
-    centre = _SIZE / 2
-    svg = Svg(_SIZE, _SIZE + 22, f"Arrivals at waypoint {waypoint.goal + 1}: {waypoint.visits} of {waypoint.rounds}")
-    svg.add("rect", x=0.5, y=0.5, width=_SIZE - 1, height=_SIZE - 1, rx=6, fill="#ffffff", stroke=palette.HAIRLINE)
-    radius = tolerance.position_m * scale
-    svg.circle(centre, centre, radius, fill="#f4f6f8", stroke=palette.MUTED, stroke_width=1, stroke_dasharray="3 3")
-    _draw_goal(svg, centre)
+    visits = tuple(
+        (
+            None if visit.truth is None else T_goal_map @ SE2(*visit.truth),
+            None if visit.estimate is None else T_goal_map @ SE2(*visit.estimate),
+        )
+        for visit in waypoint.arrivals
+    )
+    mean = (0.0, 0.0)
+    if waypoint.mean_pose is not None:
+        centre = T_goal_map @ SE2(*waypoint.mean_pose)
+        mean = (centre.x, centre.y)
+    reach = max(
+        (max(abs(pose.x - mean[0]), abs(pose.y - mean[1])) for pair in visits for pose in pair if pose is not None),
+        default=0.0,
+    )
+    zoom = next((index for index, (half, _, _) in enumerate(_ZOOMS) if 1.15 * reach <= half), len(_ZOOMS) - 1)
+    return _Panel(waypoint, visits, mean, zoom)
 
-    def place(pose: SE2) -> tuple[float, float]:
-        """Goal frame, x ahead and y left, to the drawing: ahead is up."""
-        return centre - pose.y * scale, centre - pose.x * scale
 
-    for belief in beliefs:
-        svg.circle(*place(belief), 3.2, fill="none", stroke=palette.BELIEF, stroke_width=1.6)
-    if waypoint.mean_pose is not None and len(truths) > 1:
-        mean = place(T_goal_map @ SE2(*waypoint.mean_pose))
-        spread = (waypoint.position.precision_m or 0.0) * scale
-        svg.circle(*mean, spread, fill=palette.TRUTH, fill_opacity=0.13, stroke=palette.TRUTH, stroke_width=0.8)
-    for truth in truths:
-        x, y = place(truth)
-        tip_x, tip_y = x - 13 * math.sin(truth.theta), y - 13 * math.cos(truth.theta)
-        svg.line(x, y, tip_x, tip_y, stroke=palette.TRUTH, stroke_width=1.3, stroke_linecap="round")
-        svg.circle(x, y, 2.8, fill=palette.TRUTH, stroke="#ffffff", stroke_width=0.8)
+def _draw_panel(panel: _Panel, zoom: int, tolerance: float) -> Markup:
+    waypoint = panel.waypoint
+    half, bar, bar_label = _ZOOMS[zoom]
+    window = _Window(0.0, 0.0, _SIZE, panel.mean, half)
+    label = f"Arrivals at waypoint {waypoint.goal + 1}: {waypoint.visits} of {waypoint.rounds} rounds"
+    svg = Svg(_SIZE, _SIZE + _INSET + 12, label)
+    with svg.window(_SIZE, _SIZE):
+        goal = window.place(0.0, 0.0)
+        svg.circle(*goal, tolerance * window.scale, fill="none", stroke=palette.MUTED, stroke_dasharray="3 3")
+        _draw_goal(svg, *goal, 1.0)
+        if len(panel.truths) > 1:
+            _draw_mean(svg, *window.place(*panel.mean), (waypoint.position.precision_m or 0.0) * window.scale)
+        for truth, belief in panel.visits:
+            _draw_visit(svg, truth, belief, window)
     if not waypoint.visits:
-        svg.text(centre, centre + 34, "never reached", fill=palette.FAILURE, font_size=12, text_anchor="middle")
-    _draw_scale_bar(svg, half, scale)
+        svg.text(_SIZE / 2, _SIZE / 2 + 40, "never reached", fill=palette.FAILURE, font_size=13, text_anchor="middle")
+    svg.line(0, _SIZE, _SIZE, _SIZE, stroke=palette.HAIRLINE)
+    _draw_inset(svg, panel.truths, tolerance)
+    _draw_scale_bar(svg, bar * window.scale, bar_label)
+    for row, (name, value) in enumerate((("E", waypoint.position.precision_m), ("e", waypoint.position.accuracy_m))):
+        y = _SIZE + 45 + 18 * row
+        svg.text(10, y, name, fill=palette.MUTED, font_size=13)
+        svg.text(26, y, words.with_unit(words.centimetres(value), "cm"), fill=palette.INK, font_size=13)
     return svg.markup()
 
 
-def _half_width(poses: list[SE2]) -> float:
-    """The smallest of a few round widths that holds every pose."""
-    reach = max((max(abs(pose.x), abs(pose.y)) for pose in poses), default=0.0)
-    return next((half for half in _HALF_WIDTHS if reach <= half), _HALF_WIDTHS[-1])
+def _draw_mean(svg: Svg, x: float, y: float, radius: float) -> None:
+    """The circle of radius E with a cross in its middle."""
+    svg.circle(x, y, radius, fill=palette.TRUTH, fill_opacity=0.12, stroke=palette.TRUTH, stroke_width=0.8)
+    for dx, dy in ((3.5, 3.5), (3.5, -3.5)):
+        svg.line(x - dx, y - dy, x + dx, y + dy, stroke=palette.INK, stroke_width=1.1)
 
 
-def _draw_goal(svg: Svg, centre: float) -> None:
+def _draw_visit(svg: Svg, truth: SE2 | None, belief: SE2 | None, window: _Window) -> None:
+    """The true pose as a dot with its heading, joined to the ring where SLAM said it was."""
+    if belief is not None:
+        at = window.place(belief.x, belief.y)
+        if truth is not None:
+            svg.line(*at, *window.place(truth.x, truth.y), stroke=palette.BELIEF, stroke_width=1, stroke_opacity=0.7)
+        svg.circle(*at, 3.4, fill="#ffffff", stroke=palette.BELIEF, stroke_width=1.7)
+    if truth is not None:
+        x, y = window.place(truth.x, truth.y)
+        ahead_x, ahead_y = x - 17 * math.sin(truth.theta), y - 17 * math.cos(truth.theta)
+        svg.line(x, y, ahead_x, ahead_y, stroke=palette.TRUTH, stroke_width=1.6, stroke_linecap="round")
+        svg.circle(x, y, 3.4, fill=palette.TRUTH, stroke="#ffffff", stroke_width=0.9)
+
+
+def _draw_inset(svg: Svg, truths: list[SE2], tolerance: float) -> None:
+    reach = max((max(abs(truth.x), abs(truth.y)) for truth in truths), default=0.0)
+    window = _Window(_SIZE - _INSET - 6, _SIZE + 6.0, _INSET, (0.0, 0.0), 1.15 * max(tolerance, reach))
+    goal = window.place(0.0, 0.0)
+    svg.circle(
+        *goal, tolerance * window.scale, fill="#f4f6f8", stroke=palette.MUTED, stroke_width=0.8, stroke_dasharray="2 2"
+    )
+    _draw_goal(svg, *goal, 0.55)
+    for truth in truths:
+        svg.circle(*window.place(truth.x, truth.y), 1.6, fill=palette.TRUTH)
+
+
+def _draw_goal(svg: Svg, x: float, y: float, size: float) -> None:
     """A cross with an arrow ahead."""
-    ink = {"stroke": palette.INK, "stroke_width": 1.2}
-    svg.line(centre - 6, centre, centre + 6, centre, **ink)
-    svg.line(centre, centre + 6, centre, centre - 22, **ink)
-    tip = np.array([[centre - 4, centre - 17], [centre, centre - 22], [centre + 4, centre - 17]])
-    svg.polyline(tip, stroke_linejoin="round", **ink)
+    ink = {"stroke": palette.INK, "stroke_width": 1.3 * size + 0.2}
+    svg.line(x - 7 * size, y, x + 7 * size, y, **ink)
+    svg.line(x, y + 7 * size, x, y - 24 * size, **ink)
+    head = np.array([[x - 5 * size, y - 18 * size], [x, y - 24 * size], [x + 5 * size, y - 18 * size]])
+    svg.polyline(head, stroke_linejoin="round", **ink)
 
 
-def _draw_scale_bar(svg: Svg, half: float, scale: float) -> None:
-    label = _BARS.get(half, "20 m")
-    length = _BAR_METRES[label] * scale
-    y = _SIZE + 13.0
-    svg.line(1.0, y, 1 + length, y, stroke=palette.INK, stroke_width=1.4)
-    for x in (1.0, 1 + length):
-        svg.line(x, y - 3.5, x, y + 3.5, stroke=palette.INK, stroke_width=1.4)
-    svg.text(length + 8, y + 4, label, fill=palette.MUTED, font_size=12)
+def _draw_scale_bar(svg: Svg, length: float, label: str) -> None:
+    left, y = 10.0, _SIZE + 20.0
+    svg.line(left, y - 4, left + length, y - 4, stroke=palette.INK, stroke_width=1.5)
+    for x in (left, left + length):
+        svg.line(x, y - 7.5, x, y - 0.5, stroke=palette.INK, stroke_width=1.5)
+    svg.text(left + length + 7, y, label, fill=palette.INK, font_size=12.5)

@@ -11,7 +11,7 @@ from taskslam.geometry import FloatArray
 from taskslam.report import palette
 from taskslam.report.svg import Svg
 
-_LEFT, _TOP, _RIGHT, _BOTTOM = 46.0, 38.0, 14.0, 44.0
+_LEFT, _TOP, _RIGHT, _BOTTOM = 46.0, 34.0, 20.0, 44.0
 _WIDTH, _HEIGHT = 520.0, 340.0
 
 

@@ -6,10 +6,11 @@ from markupsafe import Markup
 
 from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.evaluation.metrics_file import ErrorShare
-from taskslam.report import palette
+from taskslam.report import palette, words
 from taskslam.report.svg import Svg
 
-_WIDTH = 240.0
+_WIDTH, _HEIGHT = 300.0, 30.0
+_LABEL = 42.0  # room for a number at the end of the longest bar
 
 
 def bar_limit(metrics: RunMetrics) -> float:
@@ -22,21 +23,30 @@ def bar_limit(metrics: RunMetrics) -> float:
     return max([*ends, 0.01])
 
 
-def error_bars(waypoint: WaypointMetrics, limit_m: float) -> Markup:
-    """Draw the two bars of one waypoint; `limit_m` is the full width."""
-    svg = Svg(_WIDTH, 22, f"Control and estimation error at waypoint {waypoint.goal + 1}")
-    for y, share, colour in ((1.0, waypoint.control, palette.CONTROL), (12.0, waypoint.estimation, palette.ESTIMATION)):
-        _draw_bar(svg, share, colour, y, (_WIDTH - 2) / limit_m)
+def error_bars(control: ErrorShare, estimation: ErrorShare, limit_m: float) -> Markup:
+    """Draw the two bars with their values in centimetres; `limit_m` is the full width."""
+    svg = Svg(_WIDTH, _HEIGHT, "Control and estimation error")
+    scale = (_WIDTH - _LABEL) / limit_m
+    _draw_bar(svg, control, palette.CONTROL, 2.0, scale)
+    _draw_bar(svg, estimation, palette.ESTIMATION, 17.0, scale)
     return svg.markup()
+
+
+def waypoint_bars(waypoint: WaypointMetrics, limit_m: float) -> Markup:
+    """Draw the bars of one waypoint."""
+    return error_bars(waypoint.control, waypoint.estimation, limit_m)
 
 
 def _draw_bar(svg: Svg, share: ErrorShare, colour: str, y: float, scale: float) -> None:
     if share.position_m is None:
         return
     end = share.position_m * scale
-    svg.add("rect", x=0, y=y, width=max(end, 1.0), height=9, rx=1.5, fill=colour)
+    svg.add("rect", x=0, y=y, width=max(end, 1.0), height=11, rx=1.5, fill=colour)
+    label_at = end
     if share.spread_m is not None:
         low, high = max(end - share.spread_m * scale, 0.0), end + share.spread_m * scale
-        svg.line(low, y + 4.5, high, y + 4.5, stroke=palette.INK, stroke_width=1.2)
+        svg.line(low, y + 5.5, high, y + 5.5, stroke=palette.INK, stroke_width=1.2)
         for x in (low, high):
-            svg.line(x, y + 2, x, y + 7, stroke=palette.INK, stroke_width=1.2)
+            svg.line(x, y + 2.5, x, y + 8.5, stroke=palette.INK, stroke_width=1.2)
+        label_at = high
+    svg.text(label_at + 6, y + 10, words.centimetres(share.position_m), fill=palette.INK, font_size=12.5)

@@ -15,9 +15,9 @@ from taskslam.evaluation import RunMetrics, WaypointMetrics, read_runs
 from taskslam.record import Manifest, RunRecord
 from taskslam.record.files import write_whole, writing
 from taskslam.report import palette, words
-from taskslam.report.arrivals_figure import arrivals_figure
+from taskslam.report.arrivals_figure import arrivals_figures
 from taskslam.report.curve_figure import Curve, curve_figure
-from taskslam.report.error_bars import bar_limit, error_bars
+from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
 from taskslam.report.tour_figure import tour_figure
 from taskslam.world import FloorPlan
 from taskslam.world.map_server import load_floor_plan
@@ -42,7 +42,7 @@ class RunView:
     colour: str
     tour: Markup
     waypoints: tuple[WaypointView, ...]
-    bar_limit_m: float
+    mean_bars: Markup
 
     @property
     def name(self) -> str:
@@ -111,10 +111,12 @@ def _run_view(anchor: str, record: RunRecord, metrics: RunMetrics, colour: str) 
         colour=colour,
         tour=tour_figure(record, metrics, _floor_plan(record.directory)),
         waypoints=tuple(
-            WaypointView(waypoint, arrivals_figure(waypoint, tolerance), error_bars(waypoint, limit))
-            for waypoint in metrics.waypoints
+            WaypointView(waypoint, arrivals, waypoint_bars(waypoint, limit))
+            for waypoint, arrivals in zip(
+                metrics.waypoints, arrivals_figures(metrics.waypoints, tolerance), strict=True
+            )
         ),
-        bar_limit_m=limit,
+        mean_bars=error_bars(metrics.control, metrics.estimation, limit),
     )
 
 

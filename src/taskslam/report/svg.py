@@ -15,7 +15,7 @@ class Svg:
 
     def __init__(self, width: float, height: float, label: str) -> None:
         self._head = (
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(width)} {number(height)}" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" viewBox="0 0 {number(width)} {number(height)}" '
             f'role="img" aria-label="{escape(label)}">'
         )
         self._parts: list[str] = []
@@ -48,6 +48,13 @@ class Svg:
         self._parts.append(f"<g{_attributes(attributes)}>")
         yield
         self._parts.append("</g>")
+
+    @contextmanager
+    def window(self, width: float, height: float) -> Iterator[None]:
+        """Elements added inside are cut off at the edges of this rectangle at the origin."""
+        self._parts.append(f'<svg width="{number(width)}" height="{number(height)}" overflow="hidden">')
+        yield
+        self._parts.append("</svg>")
 
     def markup(self) -> Markup:
         """The finished drawing, safe to place in a page."""

@@ -108,14 +108,14 @@ def _picture(plan: FloorPlan) -> str:
 def _draw_trajectories(svg: Svg, record: RunRecord, truths: Mapping[RoundStarted, FloatArray], view: _View) -> None:
     """Estimates as a broad band underneath, truth as a fine line on top; the priming round in grey."""
     joined = {"stroke_linejoin": "round", "stroke_linecap": "round"}
-    with svg.group(stroke=palette.BELIEF, stroke_width=3.4, stroke_opacity=0.42, **joined):
+    with svg.group(stroke=palette.BELIEF, stroke_width=5, stroke_opacity=0.5, **joined):
         for start in record.rounds():
             if not start.priming:
                 _draw_path(svg, record.trajectory(start.round, "estimate").poses, view)
     for start, poses in truths.items():
         colour = palette.MUTED if start.priming else palette.TRUTH
         dash = {"stroke_dasharray": "2 4"} if start.priming else {}
-        with svg.group(stroke=colour, stroke_width=1.1, stroke_opacity=0.8, **joined, **dash):
+        with svg.group(stroke=colour, stroke_width=1.5, stroke_opacity=1, **joined, **dash):
             _draw_path(svg, poses, view)
 
 

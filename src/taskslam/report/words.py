@@ -7,6 +7,7 @@ import math
 from taskslam.evaluation import RunMetrics
 
 DASH = "–"
+_ALIKE = 1.25  # two spreads within this ratio are not told apart: five rounds do not say more
 _MODES = {"with-map": "with map", "without-map": "without map"}
 _OUTCOMES = {
     "reached": "reached",
@@ -43,6 +44,11 @@ def degrees(radians: float | None) -> str:
 def fields_of_view(radians: float | None, fov_deg: float) -> str:
     """Radians in fields of view (protocol 5.5)."""
     return DASH if radians is None else f"{math.degrees(radians) / fov_deg:.3f} FoV"
+
+
+def with_unit(text: str, unit: str) -> str:
+    """A number with its unit; a dash stays alone."""
+    return text if text == DASH else f"{text} {unit}"
 
 
 def plain(value: float | None, digits: int) -> str:
@@ -89,14 +95,17 @@ def split(metrics: RunMetrics) -> str:
     if control.position_m is None or estimation.position_m is None:
         return "No waypoint was reached in every round, so the two shares have no mean."
     text = (
-        f"On the waypoints reached every time, the robot believed itself {centimetres(control.position_m)} cm from the"
-        f" goal when it stopped (control), and truly stood {centimetres(estimation.position_m)} cm from where it"
-        " believed itself (estimation)."
+        f"When the robot stopped, SLAM put it {centimetres(control.position_m)} cm from the goal (control), and it"
+        f" truly stood {centimetres(estimation.position_m)} cm from there (estimation); means over the waypoints"
+        " reached every time."
     )
     if control.spread_m is None or estimation.spread_m is None:
         return text
-    larger = "control" if control.spread_m > estimation.spread_m else "estimation"
-    return (
-        f"{text} From round to round control varied by {centimetres(control.spread_m)} cm and estimation by"
-        f" {centimetres(estimation.spread_m)} cm: {larger} is what limits precision here."
+    varied = (
+        f"{text} From round to round the first varied by {centimetres(control.spread_m)} cm, the second by"
+        f" {centimetres(estimation.spread_m)} cm"
     )
+    if max(control.spread_m, estimation.spread_m) <= _ALIKE * min(control.spread_m, estimation.spread_m):
+        return f"{varied}: both limit precision about alike."
+    larger = "control" if control.spread_m > estimation.spread_m else "estimation"
+    return f"{varied}: {larger} is what limits precision here."
