@@ -19,6 +19,7 @@ from taskslam.outcomes import Outcome
 from taskslam.robot import load_robot
 from taskslam.world.floor_plan import OCCUPIED, FloorPlan
 
+IDENTITY = SE2()
 PERIOD = NANOSECONDS // 20
 
 
@@ -64,7 +65,7 @@ class Drive:
 class Simulation:
     """A unicycle with acceleration limits and an exact laser in the `real` grid; the navigator knows `plan` only."""
 
-    def __init__(self, plan: FloorPlan, pose: SE2, real: FloorPlan | None = None, drift: SE2 = SE2(), seed: int = 0):
+    def __init__(self, plan: FloorPlan, pose: SE2, real: FloorPlan | None = None, drift: SE2 = IDENTITY, seed: int = 0):
         self.robot = load_robot("turtlebot2")
         self.real = real if real is not None else plan
         self.occupied = self.real.cells == OCCUPIED

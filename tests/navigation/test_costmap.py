@@ -11,17 +11,18 @@ from taskslam.navigation.settings import CostmapSettings
 from taskslam.world.floor_plan import OCCUPIED, UNKNOWN, FloorPlan
 
 SETTINGS = CostmapSettings()
+IDENTITY, CORNER = SE2(), SE2(-6.0, -6.0, 0.0)
 
 
 def scan_of(ranges, angle_min=0.0, increment=0.1):
     return LaserScan(0, np.asarray(ranges, np.float32), angle_min, increment, 0.1, 10.0)
 
 
-def placed(ranges, pose=SE2(), T_map_odom=SE2(), **kw):
+def placed(ranges, pose=IDENTITY, T_map_odom=IDENTITY, **kw):
     return PlacedScan.of(scan_of(ranges, **kw), T_map_odom, pose, SE2())
 
 
-def open_plan(width=12.0, height=12.0, origin=SE2(-6.0, -6.0, 0.0)):
+def open_plan(width=12.0, height=12.0, origin=CORNER):
     return FloorPlan(np.zeros((round(height / 0.1), round(width / 0.1)), np.uint8), 0.1, origin)
 
 
