@@ -25,7 +25,7 @@ def list_methods() -> None:
 
     from taskslam.slam.registry import inspect_methods
 
-    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
+    table = Table(box=None, header_style="bold", padding=(0, 1, 0, 0))
     for column in ("method", "kind", "sensors", "licence", "map", "repeats", "ready"):
         table.add_column(column, no_wrap=True)
     broken = []
@@ -47,9 +47,8 @@ def list_methods() -> None:
             broken.append(f"{escape(state.entry.name)}: {escape(state.problem)}")
     console = _console()
     console.print(table)
-    console.print(
-        "\n[dim]map: what it does with its map in with-map rounds. repeats: the same input gives the same bytes.[/]"
-    )
+    console.print("\n[dim]map: what it does with its map in with-map rounds")
+    console.print("[dim]repeats: the same input gives the same bytes")
     for line in broken:
         console.print(f"\n{line}", soft_wrap=True)
 
