@@ -28,7 +28,7 @@ def centimetres(metres: float | None) -> str:
     if metres is None:
         return DASH
     value = metres * 100
-    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
+    return f"{value:.0f}" if value >= 99.95 else f"{value:.1f}" if value >= 9.995 else f"{value:.2f}"
 
 
 def diameters(metres: float | None, diameter_m: float) -> str:

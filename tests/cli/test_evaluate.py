@@ -1,0 +1,49 @@
+import json
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from taskslam.cli.evaluate import evaluate
+
+
+def invoke(*arguments):
+    app = typer.Typer()
+    app.command()(evaluate)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "100"})
+
+
+def test_tables_are_shown_and_metrics_written(results):
+    result = invoke(results)
+    assert result.exit_code == 0, result.output
+    content = json.loads((results / "metrics.json").read_text())
+    assert content["runs"][0]["completeness"] == 0.5
+    assert content["runs"][0]["position"]["precision_m"] == pytest.approx(0.1)
+    assert "karto" in result.output
+    assert "1/2" in result.output
+    assert "10.00" in result.output
+    assert "lost  round 2, waypoint 2" in result.output
+    assert str(results / "metrics.json") in result.output
+
+
+def test_the_summary_alone_fits_80_columns(results):
+    result = invoke(results, "--no-waypoints")
+    assert "estimation cm" not in result.output
+    tables = [line for line in result.output.splitlines() if "karto" in line]
+    assert len(tables) == 2
+    assert all(len(line.rstrip()) <= 80 for line in tables)
+
+
+def test_the_published_definitions_can_be_asked_for(results):
+    assert invoke(results, "--upstream-compat").exit_code == 0
+    assert json.loads((results / "metrics.json").read_text())["definitions"] == "upstream"
+
+
+def test_a_run_that_cannot_be_read_is_named_and_left_out(results):
+    (results / "b").mkdir()
+    (results / "b" / "run.json").write_text("{")
+    result = invoke(results)
+    assert result.exit_code == 0
+    assert "Left out" in result.output
+    assert "run.json" in result.output
+    assert len(json.loads((results / "metrics.json").read_text())["runs"]) == 1

@@ -1,0 +1,86 @@
+"""Synthetic runs with everything that a report shows: floor plan, trajectories, arrivals, a failure."""
+
+import numpy as np
+import pytest
+
+from taskslam.geometry import SE2
+from taskslam.outcomes import Outcome
+from taskslam.record import Arrival, GoalFailed, GoalStarted, RoundEnded, RoundStarted, RunEnded, RunWriter
+from taskslam.world import FloorPlan
+from taskslam.world.floor_plan import FREE, OCCUPIED
+from taskslam.world.map_server import save_floor_plan
+
+SECOND = 1_000_000_000
+GOALS = (SE2(2.0, 1.0, 0.0), SE2(6.0, 1.0, 1.57), SE2(6.0, 4.0, 3.14))
+
+
+def floor_plan(yaw=0.0):
+    cells = np.full((60, 90), FREE, dtype=np.uint8)
+    cells[[0, -1], :] = OCCUPIED
+    cells[:, [0, -1]] = OCCUPIED
+    return FloorPlan(cells, 0.1, SE2(-0.5, -0.5, yaw))
+
+
+def write_run(
+    directory, method="karto", mode="without-map", rounds=3, failed=False, truth=True, plan=True, title="Test house"
+):
+    rng = np.random.default_rng(5)
+    with RunWriter(directory) as run:
+        if plan:
+            save_floor_plan(floor_plan(), run.folder / "plan.yaml", image="png")
+        t = 0
+        for number in range(rounds + (mode == "with-map")):
+            run.event(RoundStarted(t, number, priming=mode == "with-map" and number == 0))
+            outcome = Outcome.REACHED
+            for goal, target in enumerate(GOALS):
+                run.event(GoalStarted(t, number, goal, target))
+                for step in range(30):
+                    t += SECOND // 10
+                    at = SE2(target.x - 1 + step / 30, target.y, target.theta)
+                    run.pose("truth", number, t, at)
+                    run.pose("estimate", number, t, SE2(at.x + 0.01, at.y, at.theta))
+                if failed and number == rounds - 1 and goal == len(GOALS) - 1:
+                    outcome = Outcome.NO_PLAN
+                    run.event(GoalFailed(t, number, goal, target, outcome, "<b>no plan</b> & so", at, at, at))
+                    break
+                stop = target @ SE2(-0.1 + 0.01 * rng.normal(), 0.01 * rng.normal(), 0.02 * rng.normal())
+                belief = stop @ SE2(0.01, 0.0, 0.0)
+                run.event(Arrival(t, number, goal, target, stop if truth else None, belief, None))
+            run.event(RoundEnded(t, number, outcome, frames=200, dropped_frames=4))
+        run.event(RunEnded(t, complete=not failed))
+        run.finish(
+            {
+                "scenario_name": "synthetic",
+                "scenario": {
+                    "title": title,
+                    "robot": "turtlebot2",
+                    "start": {"x": 1.0, "y": 1.0, "theta": 0.0},
+                    "sequence": {
+                        "waypoints": [{"x": g.x, "y": g.y, "theta": g.theta} for g in GOALS],
+                        "path": None,
+                    },
+                },
+                "scenario_hash": "ab" * 32,
+                "method": method,
+                "method_card": {"name": method, "version": "9.9", "sensors": ["laser_scan"], "summary": "A test."},
+                "mode": mode,
+                "seed": 0,
+                "rounds": rounds,
+                "latency": "fixed",
+                "versions": {"taskslam": "0"},
+                "machine": {"system": "Linux"},
+                "started_utc": "2030-01-01T00:00:00Z",
+                "wall_s": 2.0,
+                "simulated_s": t / SECOND,
+                "complete": not failed,
+            }
+        )
+    return directory
+
+
+@pytest.fixture
+def make_run(tmp_path):
+    def make(name="run", **options):
+        return write_run(tmp_path / "results" / name, **options)
+
+    return make

@@ -1,0 +1,26 @@
+import re
+
+import numpy as np
+
+from taskslam.evaluation.curves import cumulative_precision
+from taskslam.report.curve_figure import Curve, _steps, curve_figure
+
+
+def test_the_drawn_steps_are_the_cumulative_curve():
+    curve = Curve((0.01, 0.03, 0.03, 0.5), planned=5, colour="#000", dashed=False)
+    steps = _steps(curve, 1.2)
+    assert (np.diff(steps[:, 0]) >= 0).all()
+    for x, share in zip(*[axis.tolist() for axis in steps.T], strict=True):
+        below = cumulative_precision(curve.precisions, 5, [x, np.nextafter(x, 2)])
+        assert below[0] - 1e-12 <= share <= below[1] + 1e-12
+
+
+def test_values_beyond_the_axis_are_left_off():
+    steps = _steps(Curve((0.01, 5.0), planned=2, colour="#000", dashed=False), 0.15)
+    assert steps[-1].tolist() == [0.15, 0.5]
+
+
+def test_both_axes_are_labelled():
+    text = str(curve_figure([Curve((0.01,), 1, "#000", True)], 1.2, 0.3, 0.15))
+    assert [label for label in ("0 D", "4 D", ">120<", "100 %") if label not in text] == []
+    assert re.search(r"stroke-dasharray", text)

@@ -1,0 +1,138 @@
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from taskslam.errors import DiskFullError, RecordError
+from taskslam.report import write_report
+
+VOID = {"meta", "br", "link", "img", "hr"}
+
+
+class Checker(HTMLParser):
+    """Counts tags and notes where an end tag does not match."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.faults, self.tags, self.ids = [], [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.ids += [value for name, value in attributes if name == "id"]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.tags.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag in VOID:
+            return
+        if not self.open or self.open.pop() != tag:
+            self.faults.append((tag, self.getpos()))
+
+
+def parse(path):
+    checker = Checker()
+    checker.feed(path.read_text(encoding="utf-8"))
+    return checker
+
+
+@pytest.fixture
+def page(make_run, tmp_path):
+    make_run("karto/with", mode="with-map")
+    make_run("karto/without")
+    make_run("odometry", method="wheel_odometry", failed=True)
+    return write_report([tmp_path / "results"], tmp_path / "out" / "report.html")
+
+
+def test_the_page_is_well_formed(page):
+    checker = parse(page)
+    assert checker.faults == []
+    assert checker.open == []
+    assert len(checker.ids) == len(set(checker.ids))
+
+
+def test_the_page_needs_nothing_from_outside(page):
+    text = page.read_text()
+    references = re.findall(r'(?:src|href|url)\s*[=(]\s*["\']?([^"\')\s>]+)', text)
+    assert references
+    assert [ref for ref in references if not ref.startswith(("#", "data:image/png;base64,"))] == []
+    assert "<script" not in text
+    assert "@import" not in text
+
+
+def test_the_verdict_stands_before_the_pictures(page):
+    text = page.read_text()
+    assert text.index("Every waypoint was reached in all 3 rounds") < text.index("<svg")
+    assert "2 of 3 waypoints were reached in all 3 rounds" in text
+
+
+def test_every_run_has_a_map_a_panel_for_each_waypoint_and_its_bars(page):
+    checker = parse(page)
+    runs, waypoints, curves = 3, 3, 2
+    windows = runs * waypoints  # each panel holds one nested drawing
+    assert checker.tags.count("svg") == curves + runs * (1 + waypoints + waypoints + 1) + windows
+    assert checker.tags.count("image") == runs
+
+
+def test_failures_are_shown_with_where_and_why_and_escaped(page):
+    text = page.read_text()
+    assert "&lt;b&gt;no plan&lt;/b&gt; &amp; so" in text
+    assert "<b>no plan</b>" not in text
+    assert "no path to the goal" in text
+    assert "5.97, 4.00 m" in text
+
+
+def test_priming_rounds_are_named_and_the_others_counted_from_one(page):
+    text = page.read_text()
+    assert "priming round" in text
+    assert "round 3" in text
+    assert "round 4" not in text
+
+
+def test_the_same_runs_give_the_same_bytes(page, tmp_path):
+    again = write_report([tmp_path / "results"], tmp_path / "again.html")
+    assert again.read_bytes() == page.read_bytes()
+
+
+def test_a_title_from_a_scenario_cannot_inject(make_run, tmp_path):
+    make_run(title="<script>alert(1)</script>")
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert "<script" not in text
+    assert "&lt;script&gt;alert(1)" in text
+
+
+@pytest.mark.parametrize("options", [{"rounds": 1}, {"truth": False}, {"plan": False}, {"rounds": 1, "failed": True}])
+def test_a_run_that_lacks_something_is_still_reported(make_run, tmp_path, options):
+    make_run(**options)
+    checker = parse(write_report([tmp_path / "results"], tmp_path / "r.html"))
+    assert checker.faults == []
+
+
+def test_nothing_undefined_or_not_finite_reaches_the_page(make_run, tmp_path):
+    make_run(truth=False)
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert not re.search(r"\b(nan|inf|None)\b", re.sub(r"base64,[^\"]+", "", text))
+
+
+def test_runs_that_cannot_be_read_are_named(make_run, tmp_path):
+    make_run("good")
+    (make_run("bad") / "journal.jsonl").write_text("nonsense\n")
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert "Left out" in text
+    assert "journal.jsonl, line 1" in text
+
+
+def test_a_folder_without_runs_is_refused(tmp_path):
+    with pytest.raises(RecordError, match="holds no run"):
+        write_report([tmp_path], tmp_path / "r.html")
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_a_full_disk_is_named_and_leaves_no_half_page(make_run, tmp_path):
+    make_run()
+    (tmp_path / ".r.html.partial").symlink_to("/dev/full")
+    with pytest.raises(DiskFullError, match=r"r\.html: cannot be written"):
+        write_report([tmp_path / "results"], tmp_path / "r.html")
+    assert not (tmp_path / "r.html").exists()

@@ -1,0 +1,22 @@
+import pytest
+
+from taskslam.outcomes import Outcome
+from taskslam.report import words
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"), [(None, "–"), (0.0175, "1.75"), (0.1234, "12.3"), (0.0995, "9.95"), (1.234, "123")]
+)
+def test_centimetres_show_the_decimals_that_matter(metres, text):
+    assert words.centimetres(metres) == text
+
+
+def test_the_task_units():
+    assert words.diameters(0.15, 0.3) == "0.50 D"
+    assert words.fields_of_view(0.17453293, 80.0) == "0.125 FoV"
+
+
+def test_every_outcome_that_can_reach_the_page_has_words():
+    for outcome in Outcome:
+        if outcome.blames != "infrastructure":
+            assert words.outcome(outcome.value) != outcome.value.replace("_", " ") or outcome is Outcome.REACHED
