@@ -1,0 +1,119 @@
+"""Methods by name, ours and those that a package from outside registers."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError
+from taskslam.slam import registry
+from taskslam.slam.base import Kind
+
+THIRD_PARTY = Path(__file__).parent / "third_party"
+
+
+@pytest.fixture
+def third_party(tmp_path: Path) -> Path:
+    """The package as an installer leaves it: its modules beside a dist-info made from its pyproject."""
+    project = tomllib.loads((THIRD_PARTY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for module in THIRD_PARTY.glob("*.py"):
+        (tmp_path / module.name).write_bytes(module.read_bytes())
+    info = tmp_path / f"dead_reckoning-{project['version']}.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    points = project["entry-points"]["taskslam.methods"]
+    lines = [f"{name} = {target}" for name, target in points.items()]
+    (info / "entry_points.txt").write_text("\n".join(["[taskslam.methods]", *lines]) + "\n")
+    return tmp_path
+
+
+@pytest.fixture
+def taskslam(third_party: Path, monkeypatch: pytest.MonkeyPatch):
+    """Runs `taskslam ARGUMENTS` with the package from outside installed."""
+    monkeypatch.setenv("PYTHONPATH", str(third_party))
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", "import sys; from taskslam.cli.main import main; main()", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+    return run
+
+
+def test_a_package_from_outside_adds_a_method_that_passes_the_checks(taskslam):
+    listed = taskslam("methods", "list")
+    assert listed.returncode == 0
+    assert "dead_reckoning" in listed.stdout
+    checked = taskslam("methods", "check", "dead_reckoning", "--minutes", "1")
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    assert "7 passed, 0 failed, 1 skipped" in checked.stdout
+
+
+def test_options_reach_a_method_from_outside_and_a_failed_check_is_status_1(taskslam):
+    checked = taskslam("methods", "check", "dead_reckoning", "--minutes", "1", "--option", "scale=0.5")
+    assert checked.returncode == 1
+    assert "failed  tracks_the_drive" in checked.stdout
+
+
+def test_a_broken_plugin_is_shown_with_its_reason_and_hurts_nobody(taskslam):
+    listed = taskslam("methods", "list")
+    assert listed.returncode == 0
+    assert "written for another version" in listed.stdout
+    assert "wheel_odometry" in listed.stdout
+
+
+def test_the_methods_of_this_package_are_registered():
+    assert {"karto", "yag_slam", "wheel_odometry", "ground_truth"} <= registry.registered_methods().keys()
+
+
+def test_only_ground_truth_is_a_reference():
+    ours = [s for s in registry.inspect_methods() if s.entry.distribution == "taskslam" and s.card]
+    assert [s.entry.name for s in ours if s.card.kind is Kind.REFERENCE] == ["ground_truth"]
+
+
+def test_an_unknown_name_lists_the_known_and_suggests_one():
+    with pytest.raises(UnknownMethodError, match=r"known: .*karto.*Did you mean 'karto'\?"):
+        registry.load_method("karta")
+
+
+def test_a_class_can_be_named_directly():
+    found = registry.load_method("taskslam.slam.methods.wheel_odometry:WheelOdometryMethod")
+    assert found.card.name == "wheel_odometry"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("no_such_module_anywhere:Method", "there is no module 'no_such_module_anywhere'"),
+        ("taskslam.slam.base:Absent", "has no class 'Absent'"),
+        ("taskslam.geometry:SE2", "not a subclass"),
+    ],
+)
+def test_what_is_not_a_method_says_why(name, words):
+    with pytest.raises(InputError, match=words):
+        registry.load_method(name)
+
+
+def test_an_absent_package_names_the_extra_that_brings_it(monkeypatch):
+    entry = registry.MethodEntry("yag_slam", "needs_yag:Method", "taskslam")
+    monkeypatch.setattr(registry, "registered_methods", lambda: {"yag_slam": entry})
+
+    def fail(_name):
+        raise ModuleNotFoundError("No module named 'yag_slam'", name="yag_slam")
+
+    monkeypatch.setattr(registry.importlib, "import_module", fail)
+    with pytest.raises(MethodUnavailableError, match=r"extra 'yag-slam': pip install 'taskslam\[yag-slam\]'"):
+        registry.load_method("yag_slam")
+
+
+def test_a_method_whose_extra_is_not_installed_is_listed_with_the_command(guests, monkeypatch):
+    def absent(_package):
+        raise registry.metadata.PackageNotFoundError
+
+    monkeypatch.setattr(registry.metadata, "version", absent)
+    state = registry.inspect_method("yag_slam")
+    assert state.card is not None
+    assert "pip install 'taskslam[yag-slam]'" in state.problem
+    assert registry.inspect_method("karto").problem == ""
