@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
+_IDENTITY = np.eye(4)
+
 
 @dataclass(frozen=True, slots=True)
 class SE2:
@@ -143,7 +145,7 @@ def is_rigid(T: FloatArray, tolerance: float = 1e-6) -> bool:
         return False
     R = T[:3, :3]
     return bool(
-        np.allclose(R @ R.T, np.eye(3), atol=tolerance)
+        (np.abs(R @ R.T - _IDENTITY[:3, :3]) <= tolerance).all()
         and np.linalg.det(R) > 0
-        and np.allclose(T[3], (0, 0, 0, 1), atol=tolerance)
+        and (np.abs(T[3] - _IDENTITY[3]) <= tolerance).all()
     )
