@@ -31,7 +31,7 @@ class FloorPlan:
 
     def points_of(self, cells: npt.NDArray[np.int64]) -> FloatArray:
         """(N, 2) centres x, y in `map` of (N, 2) cells row, column."""
-        local = (np.asarray(cells)[:, ::-1] + 0.5) * self.resolution
+        local = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
         return transform_points(self.origin, local)
 
     def at(self, x: float, y: float) -> int:

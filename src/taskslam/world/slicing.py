@@ -62,14 +62,26 @@ def slice_floor_plan(
     _rasterize(points / resolution - first, offsets, occupied)
     origin = SE2(float(first[0] * resolution), float(first[1] * resolution), 0.0)
     plan = FloorPlan(np.where(occupied, OCCUPIED, FREE).astype(np.uint8), resolution, origin)
-    return plan if seed_point is None else _keep_connected(plan, seed_point, world.name)
+    if seed_point is None:
+        return plan
+    try:
+        return keep_connected(plan, seed_point)
+    except FloorPlanError as error:
+        raise FloorPlanError(f"world {world.name}, sliced between {low} m and {high} m: {error}") from error
 
 
-def _keep_connected(plan: FloorPlan, seed_point: tuple[float, float], name: str) -> FloorPlan:
+def keep_connected(plan: FloorPlan, seed_point: tuple[float, float]) -> FloorPlan:
+    """Return the plan with FREE cells only where they connect (4-neighbours) to a point x, y in `map`; others UNKNOWN.
+
+    Raises:
+        FloorPlanError: the point is outside the plan, occupied or unknown.
+
+    """
     x, y = seed_point
-    if plan.at(x, y) != FREE:
-        what = "occupied" if plan.at(x, y) == OCCUPIED else "outside the plan"
-        raise FloorPlanError(f"world {name}: the seed point ({x}, {y}) is {what}, expected free floor")
+    found = plan.at(x, y)
+    if found != FREE:
+        what = "occupied" if found == OCCUPIED else "unknown or outside the plan"
+        raise FloorPlanError(f"the seed point ({x}, {y}) is {what}, expected free floor")
     regions, _ = ndimage.label(plan.cells == FREE)
     row, column = plan.cells_of(np.array([seed_point]))[0]
     hidden = (plan.cells == FREE) & (regions != regions[row, column])

@@ -303,7 +303,8 @@ def _length(p: Point) -> float:
 
 
 def _flat_normal(corners: Sequence[Point]) -> Point:
-    n = _cross_of(corners)
+    """Return the normal across both diagonals: of the plane, or the mean of both halves of a folded quad."""
+    n = _cross(_minus(corners[2], corners[0]), _minus(corners[3], corners[1]))
     length = _length(n)
     return (n[0] / length, n[1] / length, n[2] / length)
 

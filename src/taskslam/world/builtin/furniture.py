@@ -176,7 +176,9 @@ def plant(b: Builder, p: Palette, height: float, pot: float = 0.2, base: float =
         du, dv = b.dice.uniform(), b.dice.uniform()
         uv = [(du, dv), (du + 0.2, dv + 0.6), (du + 0.1, dv + 1.0), (du, dv + 0.6)]
         b.quad([foot, right, tip, left], uv, p.leaf, solid=False)
-        b.quad([foot, left, tip, right], uv, p.leaf, solid=False)
+        # the underside lies 2 mm outwards, so that a ray meets the side that faces it
+        under = [(px + 0.002 * x, py + 0.002 * y, pz) for px, py, pz in (foot, left, tip, right)]
+        b.quad(under, uv, p.leaf, solid=False)
 
 
 def picture(b: Builder, p: Palette, wide: float, tall: float, frame: Surface, height: float = 1.5) -> None:

@@ -46,7 +46,7 @@ def build_house() -> World:
     p = Palette(b, SEED)
     trim = Trim(ceiling=p.ceiling, skirting=p.white_wood, frame=p.white_wood, sill=p.granite)
     windows = _windows(p)
-    openings = [*_doorways(), *windows]
+    openings = [*doorways(), *windows]
     build_shell(b, LOW, HIGH, windows, p.facade, p.core)
     floor_plan = _rooms(p)
     for room in floor_plan:
@@ -85,7 +85,8 @@ def _rooms(p: Palette) -> list[Room]:
     ]
 
 
-def _doorways() -> list[Opening]:
+def doorways() -> list[Opening]:
+    """Return the ten passages between rooms, in metres of the world."""
     return [
         Opening("x", -1.6, -0.65, 0.52),  # living room - corridor
         Opening("x", -1.6, -4.62, -3.45),  # living room - study
