@@ -7,10 +7,11 @@ as they are: the AWS hospital's meshes are marked Y_UP and stand along z. Parsin
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import collada
 import numpy as np
@@ -23,7 +24,11 @@ from taskslam.world.gazebo.surfaces import DEFAULT_MATERIAL, Surface
 from taskslam.world.gazebo.textures import TextureStore
 from taskslam.world.world import Material
 
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
 _DEEPEST_NODE = 64
+_NO_NUMBER = re.compile("nan|inf|#", re.IGNORECASE)  # also the 1.#QNAN of some exporters
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,10 @@ class _Instance:
 
 def read_collada(data: bytes, path: Path, textures: TextureStore) -> list[Surface]:
     """Surfaces of a COLLADA file in metres, by material; raises WorldError if it cannot be read."""
-    parse_xml(data, path)  # refuses entity bombs before lxml sees them
+    root = parse_xml(data, path)  # refuses entity bombs before lxml sees them
+    if root.tag.rpartition("}")[2] != "COLLADA":
+        raise WorldError(f"{path} is not a COLLADA mesh that can be read: its root is <{root.tag}>.")
+    _refuse_nan(root, path)
     try:
         document = collada.Collada(io.BytesIO(data), ignore=[collada.DaeError])
         unit = float(document.assetInfo.unitmeter or 1.0)
@@ -44,7 +52,25 @@ def read_collada(data: bytes, path: Path, textures: TextureStore) -> list[Surfac
         surfaces = [surface for instance in instances for surface in _surfaces(instance, unit, path, textures)]
     except (collada.DaeError, KeyError, ValueError, IndexError, AttributeError, TypeError) as error:
         raise WorldError(f"{path} is not a COLLADA mesh that can be read: {error}.") from error
+    if not surfaces and document.errors:
+        raise WorldError(f"{path} is not a COLLADA mesh that can be read: {document.errors[0]}.")
     return surfaces
+
+
+def _refuse_nan(root: Element, path: Path) -> None:
+    """Raise WorldError for positions that are no numbers; pycollada would turn them into zeros."""
+    sources = {}
+    positions = set()
+    for element in root.iter():
+        tag = element.tag.rpartition("}")[2]
+        if tag == "source":
+            sources["#" + element.get("id", "")] = element
+        elif tag == "input" and element.get("semantic") == "POSITION":
+            positions.add(element.get("source", ""))
+    for name in sorted(positions & set(sources)):
+        for array in sources[name]:
+            if array.tag.endswith("float_array") and _NO_NUMBER.search(array.text or ""):
+                raise WorldError(f"Mesh {path} has NaN or infinite vertices in '{name[1:]}'.")
 
 
 def _instances(document: Any) -> Iterator[_Instance]:

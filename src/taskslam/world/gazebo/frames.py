@@ -55,7 +55,8 @@ class Scope:
         if name in self._resolved:
             return self._resolved[name]
         if name in chain:
-            raise WorldError(f"Poses in {self.where} depend on themselves: {' -> '.join([*chain, name])}.")
+            circle = [*chain[chain.index(name) :], name]
+            raise WorldError(f"Poses in {self.where} depend on themselves: {' -> '.join(circle)}.")
         frame = self._frames.get(name)
         if frame is None:
             child, _, rest = name.partition("::")

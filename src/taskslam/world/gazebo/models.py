@@ -58,8 +58,8 @@ class IncludedLight:
 class Expander:
     """Builds models from elements.
 
-    Models that no resource path has are counted in `missing` and left out; lights that have files of their own are put in
-    `lights`.
+    Models that no resource path has are counted in `missing` and left out; lights that have files of their own are put
+    in `lights`.
     """
 
     resources: Resources

@@ -59,7 +59,9 @@ def check_surface(surface: Surface, where: str) -> Surface:
     used = surface.vertices[surface.triangles]
     bad = ~np.isfinite(used.reshape(-1, 9)).all(axis=1)
     if bad.any():
-        raise WorldError(f"Mesh {where} has NaN or infinite vertices in {bad.sum()} of {len(bad)} triangles.")
+        raise WorldError(
+            f"Mesh {where} has NaN or infinite vertices in {np.count_nonzero(bad)} of {len(used)} triangles."
+        )
     face = np.cross(used[:, 1] - used[:, 0], used[:, 2] - used[:, 0])
     length = np.linalg.norm(face, axis=1)
     keep = length > 0.0

@@ -1,0 +1,65 @@
+import pytest
+
+from taskslam.errors import WorldError
+from taskslam.world.loading import load_world
+
+BOMB = """<?xml version="1.0"?><!DOCTYPE lolz [<!ENTITY a "lol"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>
+<sdf version="1.6"><world name="w">&b;</world></sdf>"""
+
+
+def test_entity_bomb_is_refused_in_one_sentence(site):
+    path = site.file("worlds/bomb.world", BOMB)
+    with pytest.raises(WorldError, match=r"bomb\.world declares XML entities") as caught:
+        load_world(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_entity_bomb_in_a_mesh_is_refused(site):
+    site.file("worlds/bomb.dae", BOMB)
+    mesh = "<geometry><mesh><uri>bomb.dae</uri></mesh></geometry>"
+    with pytest.raises(WorldError, match=r"bomb\.dae declares XML entities"):
+        site.load(f"<model name='m'><link name='l'><visual name='v'>{mesh}</visual></link></model>")
+
+
+def test_malformed_xml_names_the_file_and_the_place(site):
+    path = site.file("worlds/broken.world", "<sdf version='1.6'><world></sdf>")
+    with pytest.raises(WorldError, match=r"broken\.world is not well-formed XML: .*line 1"):
+        load_world(path)
+
+
+@pytest.mark.parametrize("version", ["1.3", "1.12", "2.0", "latest"])
+def test_version_outside_1_4_to_1_11_is_refused(site, link, version):
+    with pytest.raises(WorldError, match=rf"SDF version '{version}'; versions 1.4 to 1.11"):
+        site.load(f"<model name='m'>{link()}</model>", version)
+
+
+@pytest.mark.parametrize("version", ["1.4", "1.5", "1.7", "1.9", "1.11"])
+def test_versions_1_4_to_1_11_are_read(site, link, version):
+    assert len(site.load(f"<model name='m'>{link()}</model>", version).visual) == 12
+
+
+def test_other_xml_is_not_a_world(site):
+    path = site.file("worlds/robot.sdf", "<robot name='r'/>")
+    with pytest.raises(WorldError, match="its root is <robot>, expected <sdf>"):
+        load_world(path)
+
+
+@pytest.mark.parametrize("pose", ["nan 0 0 0 0 0", "0 0 0", "0 0 0 0 0 inf", "a b c d e f"])
+def test_pose_that_is_not_six_finite_numbers_names_its_element(site, link, pose):
+    with pytest.raises(WorldError, match=r"<pose> in model 'm' .* expected 6"):
+        site.load(f"<model name='m'><pose>{pose}</pose>{link()}</model>")
+
+
+def test_bare_ampersand_in_a_model_config_is_text(site, link, extent_of):
+    site.model("lift", link(), config="<sdf version='1.6'>model.sdf</sdf><description>door & car</description>")
+    world = site.load("<include><uri>model://lift</uri></include>")
+    assert extent_of(world.visual).tolist() == [-0.5, -0.5, -0.5, 0.5, 0.5, 0.5]
+
+
+def test_degrees_and_quaternions_of_sdf_1_9(site, link, extent_of):
+    turned = "<pose degrees='true'>0 0 0 0 0 90</pose>"
+    world = site.load(f"<model name='m'>{turned}{link(size=(4, 1, 1))}</model>", "1.9")
+    assert extent_of(world.visual).tolist() == [-0.5, -2, -0.5, 0.5, 2, 0.5]
+    turned = "<pose rotation_format='quat_xyzw'>0 0 0 0 0 1 1</pose>"
+    world = site.load(f"<model name='m'>{turned}{link(size=(4, 1, 1))}</model>", "1.9")
+    assert extent_of(world.visual).tolist() == [-0.5, -2, -0.5, 0.5, 2, 0.5]
