@@ -63,10 +63,10 @@ def test_panels_share_a_scale_unless_one_scatters_further():
     close = [waypoint([SE2(0.01, 0, 0), SE2(-0.01, 0, 0)], goal=n) for n in range(4)]
     wide = waypoint([SE2(2, 0, 0), SE2(-2, 0, 0)], goal=4)
     bars = [
-        re.search(r"\d+ c?m(?=</text>)", str(panel)).group()
+        re.search(r">(\d+ [cm]?m)</text>", str(panel)).group(1)
         for panel in arrivals_figures([*close, wide], GoalTolerance())
     ]
-    assert bars[:4] == ["1 cm"] * 4
+    assert bars[:4] == ["5 mm"] * 4
     assert bars[4] == "1 m"
 
 
@@ -91,3 +91,10 @@ def test_a_waypoint_never_reached_says_so():
     (panel,) = arrivals_figures([waypoint([])], GoalTolerance())
     assert "never reached" in str(panel)
     assert dots(panel) == []
+
+
+def test_a_single_arrival_is_shown_against_its_goal():
+    (panel,) = arrivals_figures([waypoint([SE2(0.03, 0, 0)])], GoalTolerance())
+    ((x, y),) = dots(panel)
+    assert x == pytest.approx(100)
+    assert 0 < y < 99

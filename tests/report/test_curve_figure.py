@@ -1,9 +1,10 @@
 import re
 
 import numpy as np
+import pytest
 
 from taskslam.evaluation.curves import cumulative_precision
-from taskslam.report.curve_figure import Curve, _steps, curve_figure
+from taskslam.report.curve_figure import Curve, _steps, _tick, curve_figure, enlarged_limit
 
 
 def test_the_drawn_steps_are_the_cumulative_curve():
@@ -21,6 +22,19 @@ def test_values_beyond_the_axis_are_left_off():
 
 
 def test_both_axes_are_labelled():
-    text = str(curve_figure([Curve((0.01,), 1, "#000", True)], 1.2, 0.3, 0.15))
+    text = str(curve_figure([Curve((0.01,), 1, "#000", True)], 1.2, 0.3))
     assert [label for label in ("0 D", "4 D", ">120<", "100 %") if label not in text] == []
     assert re.search(r"stroke-dasharray", text)
+
+
+def test_ticks_divide_the_axis_evenly():
+    for limit in (0.015, 0.03, 0.06, 0.15, 0.3, 1.2, 1.424):
+        parts = limit / _tick(limit)
+        assert 3 < parts < 8.001
+        assert abs(parts - round(parts)) < 1e-6
+
+
+def test_the_enlarged_axis_holds_every_curve_if_one_can():
+    assert enlarged_limit([Curve((0.01, 0.032), 2, "#000", False)], 0.3) == pytest.approx(0.06)
+    assert enlarged_limit([Curve((0.01, 0.9), 2, "#000", False)], 0.3) == pytest.approx(0.15)
+    assert enlarged_limit([], 0.3) == pytest.approx(0.015)

@@ -32,7 +32,7 @@ def read_runs(
     """Records and metrics of all finished runs, and what was left out; as `evaluate_runs`."""
     found, partial = _find(paths)
     runs: list[tuple[RunRecord, RunMetrics]] = []
-    left_out = [LeftOut(directory=name, reason="half-written: the run was stopped") for name in partial]
+    left_out = [LeftOut(directory=name, reason="half-written: stopped, or still under way") for name in partial]
     for name in sorted(found):
         try:
             record = load_run(found[name])

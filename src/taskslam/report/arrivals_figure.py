@@ -23,6 +23,8 @@ _SIZE = 200.0
 _INSET = 66.0
 # Half a panel's width in metres, and a scale bar that suits it.
 _ZOOMS = (
+    (0.005, 0.002, "2 mm"),
+    (0.0125, 0.005, "5 mm"),
     (0.025, 0.01, "1 cm"),
     (0.05, 0.02, "2 cm"),
     (0.1, 0.05, "5 cm"),
@@ -90,8 +92,8 @@ def _panel(waypoint: WaypointMetrics) -> _Panel:
         )
         for visit in waypoint.arrivals
     )
-    mean = (0.0, 0.0)
-    if waypoint.mean_pose is not None:
+    mean = (0.0, 0.0)  # a single arrival has no spread to enlarge: its panel is centred on the goal
+    if waypoint.mean_pose is not None and sum(truth is not None for truth, _ in visits) > 1:
         centre = T_goal_map @ SE2(*waypoint.mean_pose)
         mean = (centre.x, centre.y)
     reach = max(
@@ -111,7 +113,8 @@ def _draw_panel(panel: _Panel, zoom: int, tolerance: float) -> Markup:
     with svg.window(_SIZE, _SIZE):
         goal = window.place(0.0, 0.0)
         svg.circle(*goal, tolerance * window.scale, fill="none", stroke=palette.MUTED, stroke_dasharray="3 3")
-        _draw_goal(svg, *goal, 1.0)
+        if all(0 < coordinate < _SIZE for coordinate in goal):
+            _draw_goal(svg, *goal, 1.0)
         if len(panel.truths) > 1:
             _draw_mean(svg, *window.place(*panel.mean), (waypoint.position.precision_m or 0.0) * window.scale)
         for truth, belief in panel.visits:

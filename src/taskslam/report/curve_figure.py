@@ -25,7 +25,7 @@ class Curve:
     dashed: bool
 
 
-def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float, tick_m: float) -> Markup:
+def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float) -> Markup:
     """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above."""
     plot_w, plot_h = _WIDTH - _LEFT - _RIGHT, _HEIGHT - _TOP - _BOTTOM
     svg = Svg(_WIDTH, _HEIGHT, f"Cumulative precision of {len(curves)} runs up to {limit_m * 100:.0f} cm")
@@ -36,13 +36,29 @@ def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float, tick_m:
     def y_of(share: float) -> float:
         return _TOP + (1 - share) * plot_h
 
-    _draw_axes(svg, limit_m, diameter_m, tick_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
+    _draw_axes(svg, limit_m, diameter_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
     for curve in curves:
         steps = _steps(curve, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
         svg.polyline(points, stroke=curve.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
     return svg.markup()
+
+
+def enlarged_limit(curves: list[Curve], diameter_m: float) -> float:
+    """The end of an axis that shows where the curves rise: a few fractions of D, at most half of it if none fits."""
+    largest = max((value for curve in curves for value in curve.precisions), default=0.0)
+    fitting = (share * diameter_m for share in (0.05, 0.1, 0.2, 0.5, 1.0) if share * diameter_m >= 1.1 * largest)
+    return next(fitting, diameter_m / 2)
+
+
+def _tick(limit: float) -> float:
+    """A round step in metres that divides the axis into at most eight parts."""
+    for centimetres in (0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 15, 20, 30, 50, 100):
+        parts = limit * 100 / centimetres
+        if parts <= 8 + 1e-9 and abs(parts - round(parts)) < 1e-9:
+            return centimetres / 100
+    return limit / 4
 
 
 def _steps(curve: Curve, limit: float) -> FloatArray:
@@ -56,9 +72,8 @@ def _steps(curve: Curve, limit: float) -> FloatArray:
     return np.column_stack([[*xs, limit], [*ys, share]])
 
 
-def _draw_axes(
-    svg: Svg, limit: float, diameter: float, tick: float, left: float, right: float, bottom: float, top: float
-) -> None:
+def _draw_axes(svg: Svg, limit: float, diameter: float, left: float, right: float, bottom: float, top: float) -> None:
+    tick = _tick(limit)
     with svg.group(font_size=12, fill=palette.MUTED):
         for percent in (0, 25, 50, 75, 100):
             y = bottom + (top - bottom) * percent / 100
@@ -68,7 +83,7 @@ def _draw_axes(
             x = left + (right - left) * index * tick / limit
             svg.line(x, bottom, x, bottom + 5, stroke=palette.MUTED, stroke_width=1)
             svg.text(x, bottom + 19, f"{index * tick * 100:g}", text_anchor="middle")
-        step = diameter if limit >= 2 * diameter else diameter / 10
+        step = diameter if limit >= 2 * diameter else limit / 5
         for index in range(int(limit / step + 1e-9) + 1):
             x = left + (right - left) * index * step / limit
             svg.line(x, top, x, top - 5, stroke=palette.MUTED, stroke_width=1)

@@ -16,7 +16,7 @@ from taskslam.record import Manifest, RunRecord
 from taskslam.record.files import write_whole, writing
 from taskslam.report import palette, words
 from taskslam.report.arrivals_figure import arrivals_figures
-from taskslam.report.curve_figure import Curve, curve_figure
+from taskslam.report.curve_figure import Curve, curve_figure, enlarged_limit
 from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
 from taskslam.report.tour_figure import tour_figure
 from taskslam.world import FloorPlan
@@ -124,13 +124,14 @@ def _scenario_view(runs: list[RunView]) -> ScenarioView:
     first = runs[0].manifest
     curves = [_curve(run) for run in runs if run.metrics.rounds > 1]
     D = first.robot_diameter
+    enlarged = enlarged_limit(curves, D)
     return ScenarioView(
         name=first.scenario_name,
         title=first.title,
         runs=tuple(runs),
-        curve=curve_figure(curves, 4 * D, D, D / 2) if curves else None,
-        enlarged_curve=curve_figure(curves, D / 2, D, D / 10) if curves else None,
-        enlarged_limit_m=D / 2,
+        curve=curve_figure(curves, 4 * D, D) if curves else None,
+        enlarged_curve=curve_figure(curves, enlarged, D) if curves else None,
+        enlarged_limit_m=enlarged,
     )
 
 

@@ -15,7 +15,8 @@ class Svg:
 
     def __init__(self, width: float, height: float, label: str) -> None:
         self._head = (
-            f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" viewBox="0 0 {number(width)} {number(height)}" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" style="--width: {number(width)}px" '
+            f'viewBox="0 0 {number(width)} {number(height)}" '
             f'role="img" aria-label="{escape(label)}">'
         )
         self._parts: list[str] = []

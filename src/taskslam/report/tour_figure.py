@@ -20,7 +20,7 @@ from taskslam.report.svg import Svg
 from taskslam.world import FloorPlan
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN
 
-_WIDTH, _HEIGHT = 1000.0, 760.0  # the most that the drawing may take
+_WIDTH, _HEIGHT = 1000.0, 1100.0  # the most that the drawing may take
 _MARGIN = 0.6  # m around what is drawn
 _STEP = 0.04  # m between drawn trajectory points
 

@@ -41,6 +41,12 @@ def degrees(radians: float | None) -> str:
     return DASH if radians is None else f"{math.degrees(radians):.2f}"
 
 
+def task_units(metres: float | None, radians: float | None, diameter_m: float, fov_deg: float) -> list[str]:
+    """A position in D, and a heading in degrees and FoV, as lines; none for what is not defined."""
+    lines = [] if metres is None else [diameters(metres, diameter_m)]
+    return lines if radians is None else [*lines, f"{degrees(radians)}° · {fields_of_view(radians, fov_deg)}"]
+
+
 def fields_of_view(radians: float | None, fov_deg: float) -> str:
     """Radians in fields of view (protocol 5.5)."""
     return DASH if radians is None else f"{math.degrees(radians) / fov_deg:.3f} FoV"
