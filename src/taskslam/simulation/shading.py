@@ -85,6 +85,8 @@ class Shader:
         weights = _weights(points.barycentric)
         normal = np.einsum("nk,nkd->nd", weights, self._world.visual.normals[points.triangle])
         face = self._face[points.triangle]
+        flat = np.abs(normal).max(axis=1) < 1e-6  # a mesh may come without shading normals
+        normal[flat] = face[flat]
         behind = np.einsum("nd,nd->n", face, points.view) > 0.0
         # a shading normal counts as lying on its triangle's front, whichever way the exporter wound it
         agrees = np.einsum("nd,nd->n", face, normal) >= 0.0
