@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from common import aws_world
 
+from common import aws_world
 from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.stage import set_stage
-from taskslam.geometry import SE2, FloatArray, wrap_angle
+from taskslam.geometry import FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS, LaserScan, Measurement
 from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.global_planner import plan_path

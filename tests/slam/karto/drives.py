@@ -6,7 +6,8 @@ with gyro-integrated heading (protocol 4.6). A stand-in for the simulator that n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -14,6 +15,7 @@ from numba import njit
 from taskslam.geometry import SE2, compose, invert, wrap
 from taskslam.measurements import LaserScan, Measurement, WheelOdometry
 from taskslam.robot import Robot, load_robot
+from taskslam.slam.base import SlamMethod
 
 STEP = 20_000_000  # ns: 50 Hz
 SCAN_EVERY = 5
@@ -84,7 +86,6 @@ def drive(
     measurements: list[Measurement] = []
     start = invert(truth[0])
     at_scans = []
-    velocity = np.diff(odometry, axis=0, append=odometry[-1:])
     for k, (pose, odom) in enumerate(zip(truth, odometry, strict=True)):
         ahead = compose(invert(odometry[max(k - 1, 0)]), odom)
         rate = 1e9 / STEP
@@ -94,7 +95,6 @@ def drive(
             following = truth[k + SCAN_EVERY] if rolling else None
             measurements.append(_scan(walls, robot, pose, following, k * STEP, rng))
             at_scans.append(compose(start, pose))
-    assert len(velocity) == len(odometry)
     return Drive(robot, measurements, np.array(at_scans))
 
 
@@ -189,3 +189,61 @@ def cast(walls: np.ndarray, origins: np.ndarray, angles: np.ndarray) -> np.ndarr
             if t > 0.0 and 0.0 <= u <= 1.0 and t < out[k]:
                 out[k] = t
     return out
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What a method said at each scan, beside the truth."""
+
+    estimates: np.ndarray
+    truth: np.ndarray
+    statuses: list[str]
+    seconds: np.ndarray
+
+    @property
+    def errors(self) -> np.ndarray:
+        """(N,) planar distance to the truth; both begin at the identity."""
+        return np.hypot(*(self.estimates - self.truth)[:, :2].T)
+
+    @property
+    def headings(self) -> np.ndarray:
+        return np.abs(wrap(self.estimates[:, 2] - self.truth[:, 2]))
+
+
+def follow(method: SlamMethod, recorded: Drive) -> Followed:
+    """Feed a drive to a started method; seconds: CPU time of each scan."""
+    estimates, statuses, seconds = [], [], []
+    for measurement in recorded.measurements:
+        begun = time.process_time()
+        estimate = method.feed(measurement)
+        if estimate is None:
+            continue
+        seconds.append(time.process_time() - begun)
+        assert estimate.stamp == measurement.stamp
+        estimates.append(SE2.from_matrix(estimate.T_start_base).array())
+        statuses.append(estimate.status.value)
+    return Followed(np.array(estimates), recorded.truth, statuses, np.array(seconds))
+
+
+def part(recorded: Drive, first: int, last: int) -> Drive:
+    """Scans first to last of a drive with the odometry between them, seen from the first."""
+    scans = [k for k, m in enumerate(recorded.measurements) if isinstance(m, LaserScan)]
+    begin = scans[first] - 1  # odometry of the same instant stands before its scan
+    end = scans[last] if last < len(scans) else len(recorded.measurements)
+    truth = compose(invert(recorded.truth[first]), recorded.truth[first:last])
+    return Drive(recorded.robot, recorded.measurements[begin:end], truth)
+
+
+def joined(before: Drive, after: Drive) -> Drive:
+    """One drive after another with the odometry and the time going on: the robot was carried in between."""
+    last = [m for m in before.measurements if isinstance(m, WheelOdometry)][-1]
+    first = next(m for m in after.measurements if isinstance(m, WheelOdometry))
+    frame = last.T_odom_base @ first.T_odom_base.inverse()
+    later = last.stamp + STEP - first.stamp
+    moved: list[Measurement] = [
+        replace(m, stamp=m.stamp + later, T_odom_base=frame @ m.T_odom_base)
+        if isinstance(m, WheelOdometry)
+        else replace(m, stamp=m.stamp + later)
+        for m in after.measurements
+    ]
+    return Drive(before.robot, before.measurements + moved, np.concatenate([before.truth, after.truth]))

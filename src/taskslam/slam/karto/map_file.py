@@ -100,9 +100,11 @@ def _check(path: Path, arrays: Arrays) -> None:
     missing = sorted(expected - set(arrays))
     if missing or str(arrays["format"]) != FORMAT:
         raise RecordError(f"{path}: not a karto map (missing: {', '.join(missing) or 'its mark'})")
-    if int(arrays["version"]) != VERSION:
+    if arrays["version"].shape != () or str(arrays["version"]) != str(VERSION):
         raise RecordError(f"{path}: karto map of version {arrays['version']}, and this program reads version {VERSION}")
     count, edges = len(arrays["poses"]), len(arrays["edge_ends"])
+    if arrays["sizes"].dtype.kind != "i" or arrays["edge_ends"].dtype.kind != "i" or (arrays["sizes"] < 0).any():
+        raise RecordError(f"{path}: karto map contradicts itself: sizes and edge_ends must be whole numbers from 0")
     hits = int(arrays["sizes"].sum())
     shapes = {
         "poses": (count, 3),

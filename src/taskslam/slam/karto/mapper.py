@@ -7,19 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from taskslam.geometry import FloatArray, compose, invert, wrap
+from taskslam.measurements import NANOSECONDS, LaserScan
 from taskslam.slam.base import Status
 from taskslam.slam.karto.correlative_matcher import CorrelativeMatcher, Match
 from taskslam.slam.karto.keyframes import Ids, Keyframes, runs
 from taskslam.slam.karto.loop_closure import LoopCloser, nearest_of
 from taskslam.slam.karto.pose_graph import PoseGraph
-from taskslam.slam.karto.scan_points import ScanPoints
+from taskslam.slam.karto.scan_points import ScanPoints, scan_to_points
 from taskslam.slam.karto.settings import KartoSettings
 from taskslam.slam.karto.surface_refinement import SurfaceMap
 
 MINIMUM_HITS = 20  # fewer hits say nothing about a pose
-_TRACKING_RESPONSE = 0.3  # below this a scan does not show what the map shows
-_FAMILIAR_RESPONSE = 0.6  # above this the map already shows what the scan shows
+_TRACKING_RESPONSE = 0.5  # below this a scan does not show what the map shows
+_FAMILIAR_RESPONSE = 0.7  # above this the map already shows what the scan shows
 _PATIENCE = 10  # scans without a match after which the map is continued by odometry alone
+_TRACKING_SHARE = 0.3  # of the hits must find a surface between keyframes
+_RELATIVE_RESPONSE = 0.7  # of the buffer's response: what any other chain must reach to be believed
 _MOST_CHAINS = 2  # near chains matched per keyframe
 _ODOMETRY_EDGE = np.diag([0.1, 0.1, 0.05])  # m^2, rad^2: the weak link where no match was found
 
@@ -107,7 +110,7 @@ class Mapper:
     def _gate(self, odometry: FloatArray, stamp: int) -> bool:
         """Whether the robot has moved or turned far enough since the last gate (OpenKarto's HasMovedEnough)."""
         s = self._settings
-        if stamp - self._gate_stamp < s.minimum_time_interval * 1e9:
+        if stamp - self._gate_stamp < s.minimum_time_interval * NANOSECONDS:
             return False
         step = compose(invert(self._gate_odometry), odometry)
         moved = float(np.hypot(step[0], step[1])) >= s.minimum_travel_distance
@@ -155,7 +158,7 @@ class Mapper:
         """`start` moved onto the surfaces; None if few hits find one or it would move further than a cell or two."""
         found = self._surface.refine(scan, start, predicted)
         step = found.pose - start
-        if found.share < _TRACKING_RESPONSE or np.hypot(step[0], step[1]) > 0.1 or abs(wrap(step[2])) > 0.05:
+        if found.share < _TRACKING_SHARE or np.hypot(step[0], step[1]) > 0.1 or abs(wrap(step[2])) > 0.05:
             return None
         self._covariance = found.covariance
         return found.pose
@@ -220,7 +223,7 @@ class Mapper:
             other = self._match_keyframes(members, scan, match.pose, penalize=False)
             self._stale = True
             # OpenKarto's threshold (0.1) lets in chains that show another room; these would pull the mean.
-            if other.response >= max(s.link_match_minimum_response_fine, 0.7 * match.response):
+            if other.response >= max(s.link_match_minimum_response_fine, _RELATIVE_RESPONSE * match.response):
                 found.append((nearest_of(chain, distances, 1)[0], other))
         return found
 
@@ -261,7 +264,8 @@ class Mapper:
         for chain in self._closer.candidates(self.keyframes, self.graph, self.buffer[-1], self.pose):
             closure = self._closer.try_chain(self.keyframes, chain, scan, self.pose)
             self._stale = True
-            if closure is None:
+            # OpenKarto's threshold (0.45) is passed by other rooms of the same size, and one wrong loop ruins the map.
+            if closure is None or closure.match.response < _RELATIVE_RESPONSE * match.response:
                 continue
             if new is None:
                 new = self._insert(scan, match, chains)
@@ -281,6 +285,18 @@ class Mapper:
         self._show_surfaces(members, match.pose)
         refined = self._refine(scan, match.pose, match.pose)
         return match.pose if refined is None else refined
+
+
+def warm_up(settings: KartoSettings) -> None:
+    """Map a few made-up scans and forget them, so that no real scan waits for compilation or an import."""
+    angles = np.linspace(-np.pi, np.pi, 400, endpoint=False)
+    ranges = 2.0 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+    laser = LaserScan(0, ranges.astype(np.float32), -np.pi, np.pi / 200, 0.1, settings.max_laser_range)
+    scan = scan_to_points(laser, np.eye(4), settings.max_laser_range)
+    mapper = Mapper(settings)
+    for k in range(3):
+        mapper.process(scan, np.array([0.0, 0.0, 0.0 if k < 2 else 1.0]), k * NANOSECONDS, whole_turn=False)
+    mapper.graph.optimise(mapper.keyframes.poses)
 
 
 def _weighted_mean(matches: list[Match]) -> FloatArray:

@@ -48,8 +48,10 @@ def scan_to_points(
         hit = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges > 0) & (ranges < limit)
     angles = scan.angles()[hit]
     r = ranges[hit]
-    flat = np.stack([r * np.cos(angles), r * np.sin(angles), np.zeros_like(r)], axis=1)
-    points = np.ascontiguousarray((flat @ T_base_laser[:3, :3].T)[:, :2] + T_base_laser[:2, 3])
+    x, y = r * np.cos(angles), r * np.sin(angles)
+    # Written out: a matrix product of this size may be split among threads, and then round otherwise.
+    T = T_base_laser
+    points = np.stack([T[0, 0] * x + T[0, 1] * y + T[0, 3], T[1, 0] * x + T[1, 1] * y + T[1, 3]], axis=1)
     if motion is not None:
         pose = motion[hit]
         c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])

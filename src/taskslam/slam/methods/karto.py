@@ -20,6 +20,7 @@ Where it differs, and why:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
@@ -31,12 +32,21 @@ from taskslam.measurements import LaserScan, Measurement, Sensor, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.karto.map_file import read_map, write_map
-from taskslam.slam.karto.mapper import Mapper
+from taskslam.slam.karto.mapper import Mapper, warm_up
 from taskslam.slam.karto.odometry_history import OdometryHistory
 from taskslam.slam.karto.scan_points import scan_to_points
 from taskslam.slam.karto.settings import KartoSettings
 
 _WHOLE_TURN = 2 * np.pi * 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class MapSummary:
+    """keyframes and edges of the graph; loops closed since the start or the load."""
+
+    keyframes: int
+    edges: int
+    loops_closed: int
 
 
 class Karto(SlamMethod):
@@ -53,7 +63,7 @@ class Karto(SlamMethod):
         map_mode=MapMode.CONTINUE,
         can_save_map=True,
         deterministic=True,
-        latency=0.03,
+        latency=0.02,
         queue=1,
     )
 
@@ -67,6 +77,7 @@ class Karto(SlamMethod):
         if rig.lidar_2d is None:
             raise InputError("karto needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
         self._T_base_laser = rig.lidar_2d.mount.matrix()
+        warm_up(self._settings)
         self._mapper = Mapper(self._settings)
         self._odometry = OdometryHistory()
 
@@ -107,6 +118,11 @@ class Karto(SlamMethod):
     def scans_matched(self) -> int:
         """Scans that went through the whole matching, at the keyframe gate or because tracking failed."""
         return self._started().gates_passed
+
+    def map_summary(self) -> MapSummary:
+        """How large the map is."""
+        mapper = self._started()
+        return MapSummary(len(mapper.keyframes), len(mapper.graph.edges), mapper.loops_closed)
 
     def _started(self) -> Mapper:
         if self._mapper is None:
