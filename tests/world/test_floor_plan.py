@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from taskslam.geometry import SE2
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 
-
 AT_1_2 = SE2(1.0, 2.0, 0.0)
 
 

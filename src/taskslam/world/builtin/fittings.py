@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from taskslam.world.builtin.builder import Builder, Surface
 from taskslam.world.builtin.furniture import cabinet
 from taskslam.world.builtin.palette import Palette
@@ -159,6 +161,8 @@ def toy_shelf(b: Builder, p: Palette, wide: float, height: float = 0.78) -> None
 
 
 def beanbag(b: Builder, fabric: Surface) -> None:
-    """Add a beanbag, 0.8 m wide and 0.55 m high."""
-    b.soft_box((-0.40, -0.40, 0.0), (0.40, 0.40, 0.34), fabric, 0.15)
-    b.soft_box((-0.32, -0.36, 0.28), (0.30, 0.10, 0.60), fabric, 0.14)
+    """Add a beanbag, 0.9 m wide and 0.6 m high."""
+    profile = ((0.36, 0.0), (0.45, 0.12), (0.43, 0.26), (0.32, 0.42), (0.18, 0.54), (0.07, 0.60))
+    for (low_radius, low), (radius, high) in pairwise(profile):
+        b.cylinder((0.0, 0.0), low_radius, low, high, fabric, radius, sides=14, closed=False)
+    b.disc((0.0, 0.0), 0.07, 0.60, fabric, sides=14)

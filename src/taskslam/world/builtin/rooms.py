@@ -246,7 +246,7 @@ def furnish_children(b: Builder, p: Palette) -> None:
     with b.model("child's chair", 5.21, -4.73, SOUTH - 10):
         furniture.chair(b, p.yellow_wood, p.blue_fabric)
     with b.model("wardrobe", 4.42, -1.11, SOUTH):
-        furniture.cabinet(b, 1.7, 0.56, 2.0, p.sage_wood, 4, p.yellow_wood)
+        furniture.cabinet(b, 1.7, 0.56, 1.92, p.sage_wood, 4, p.yellow_wood)
     with b.model("tent", 7.71, -1.88, 15.0):
         fittings.tepee(b, p)
     with b.model("toy chest", 8.45, -3.77, WEST):
