@@ -136,7 +136,7 @@ def test_a_floor_plan_of_another_place_is_refused(
 @pytest.mark.parametrize(
     ("override", "words"),
     [
-        ("sequence.waypoints=[[3.0, 0.0, 0.0]]", ["goal 0 at (3, 0)", "wall"]),
+        ("sequence.waypoints=[[2.9, 0.0, 0.0]]", ["goal 0 at (2.9, 0)", "wall"]),
         ("sequence.waypoints=[[5.0, 0.0, 0.0]]", ["goal 0"]),
         ("sequence.waypoints=[]", ["sequence is empty"]),
         ("sequence.path=[0, 4]", ["sequence.path[1] is 4"]),

@@ -21,9 +21,10 @@ from taskslam.benchmark.stage import Stage
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
 from taskslam.measurements import NANOSECONDS
 from taskslam.navigation.navigator import Navigator
-from taskslam.navigation.settings import NavigationSettings
+from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
+from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.host import Limits, MethodHost
 from taskslam.slam.latency import LatencyMode, LatencyModel
@@ -103,10 +104,7 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
     started, wall = datetime.now(UTC), time.perf_counter()
     observer.stage("building the simulator")
     simulator = _simulator(stage, request.seed)
-    settings = NavigationSettings()
-    if scenario.protocol.goal_timeout is not None:
-        settings = settings.model_copy(update={"goal_timeout": scenario.protocol.goal_timeout})
-    navigator = Navigator(stage.plan, stage.robot, settings)
+    navigator = Navigator(stage.plan, stage.robot, _navigation(scenario))
     with RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
@@ -122,6 +120,14 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
             _manifest(stage, request, tour, complete, simulator.now, time.perf_counter() - wall, started.isoformat())
         )
     return complete
+
+
+def _navigation(scenario: Scenario) -> NavigationSettings:
+    """The one fixed configuration; a scenario may only say how long a goal may take."""
+    seconds = scenario.protocol.goal_timeout
+    if seconds is None:
+        return NavigationSettings()
+    return NavigationSettings(goal=GoalSettings(timeout_base=seconds, timeout_factor=0.0))
 
 
 def _simulator(stage: Stage, seed: int) -> Simulator:

@@ -88,7 +88,17 @@ def machine() -> list[Finding]:
         enough = memory > _ENOUGH_MEMORY_GB
         remedy = "" if enough else f"large worlds may need {_ENOUGH_MEMORY_GB:g} GB"
         findings.append(Finding("memory", Health.GOOD if enough else Health.NOTE, f"{memory:.1f} GB", remedy))
-    return findings
+    return [*findings, _wall()]
+
+
+def _wall() -> Finding:
+    """Whether the kernel can close the results to the methods (docs/decisions/004)."""
+    from taskslam.slam.landlock import is_available
+
+    if is_available():
+        return Finding("landlock", Health.GOOD, "results are closed to the methods")
+    remedy = "a kernel of 5.13 or later, with landlock among its security modules"
+    return Finding("landlock", Health.NOTE, "off: a method that goes looking could read results", remedy)
 
 
 def core_packages() -> list[Finding]:

@@ -47,7 +47,7 @@ def main() -> None:
     except TaskSlamError as error:
         typer.echo(f"taskslam: {error}", err=True)
         for note in getattr(error, "__notes__", ()):
-            typer.echo(f"taskslam: {note}", err=True)
+            typer.echo(note, err=True)
         sys.exit(error.exit_status)
     except KeyboardInterrupt:
         typer.echo("taskslam: interrupted; finished runs are kept, start again to go on", err=True)

@@ -155,9 +155,12 @@ def _drive(
 def _conclude(out: Path, quiet: bool) -> None:
     """Evaluate what stands in the folder, and write its report."""
     from taskslam.cli.evaluate import evaluate
+    from taskslam.evaluation import evaluate_runs, write_metrics
     from taskslam.report import write_report
 
-    if not quiet:
+    if quiet:
+        write_metrics(out, evaluate_runs([out]))
+    else:
         evaluate(out)
     page = write_report([out], out / "report.html")
     if not quiet:

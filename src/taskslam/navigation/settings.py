@@ -108,7 +108,7 @@ class GoalSettings(_Part):
     oscillation_timeout: Positive = 10.0
     oscillation_distance: Positive = 0.2
     timeout_base: Positive = 60.0  # ours, the published stack waits for ever: base + factor * path length / max_vel_x
-    timeout_factor: Positive = 3.0  # ours
+    timeout_factor: NonNegative = 3.0  # ours
 
 
 class NavigationSettings(_Part):
