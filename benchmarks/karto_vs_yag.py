@@ -28,7 +28,7 @@ from taskslam.slam.methods.yag_slam import YagSlam
 
 @dataclass(frozen=True)
 class Result:
-    """errors (N,) m and headings (N,) rad of every scan; seconds (N,) per scan; keyframe (N,) whether it was matched in full."""
+    """errors (N,) m, headings (N,) rad and seconds (N,) of every scan; keyframe (N,) whether it was matched in full."""
 
     errors: FloatArray
     headings: FloatArray
@@ -36,11 +36,14 @@ class Result:
     keyframe: np.ndarray
 
     def line(self, name: str) -> str:
+        """One row for the screen."""
         cm, degrees, ms = 100 * self.errors, np.degrees(self.headings), 1e3 * self.seconds
+        each = ms[self.keyframe]
         return (
-            f"{name:10} error mean {cm.mean():5.2f} max {cm.max():5.2f} cm, heading mean {degrees.mean():.3f} max"
-            f" {degrees.max():.3f} deg; {self.keyframe.sum():5d} keyframes, {ms[self.keyframe].mean():6.2f} ms each (p95"
-            f" {np.percentile(ms[self.keyframe], 95):.2f}); {ms.mean():.2f} ms per pose"
+            f"{name:10} error mean {cm.mean():5.2f} max {cm.max():5.2f} cm,"
+            f" heading mean {degrees.mean():.3f} max {degrees.max():.3f} deg;"
+            f" {len(each):5d} keyframes, {each.mean():6.2f} ms each (p95 {np.percentile(each, 95):.2f});"
+            f" {ms.mean():.2f} ms per pose"
         )
 
 
@@ -65,18 +68,21 @@ def replay(method: SlamMethod, drive: Drive, processed: Callable[[], object]) ->
 
 
 def run_karto(drive: Drive, **options: object) -> Result:
+    """A fresh `karto` on a drive."""
     method = Karto(**options)
     method.start(drive.robot.rig)
     return replay(method, drive, lambda: method.scans_matched)
 
 
 def run_yag(drive: Drive) -> Result:
+    """A fresh `yag_slam` on a drive. Raises MethodUnavailableError where it is not installed."""
     method = YagSlam()
     method.start(drive.robot.rig)
     return replay(method, drive, lambda: method.keyframes)
 
 
 def main() -> None:
+    """Record, replay, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--scenarios", nargs="+", default=["aws_small_house", "aws_small_warehouse"])
@@ -101,8 +107,9 @@ def main() -> None:
         per_keyframe = theirs.seconds[theirs.keyframe].mean() / ours.seconds[ours.keyframe].mean()
         per_match = theirs.seconds[theirs.keyframe].mean() / ours.seconds.mean()
         print(
-            f"karto: {theirs.errors.mean() / ours.errors.mean():.1f} times as accurate, {per_keyframe:.1f} times as fast per"
-            f" keyframe, {per_match:.1f} times per scan matched (karto matches every scan)"
+            f"karto: {theirs.errors.mean() / ours.errors.mean():.1f} times as accurate,"
+            f" {per_keyframe:.1f} times as fast per keyframe,"
+            f" {per_match:.1f} times per scan matched (karto matches every scan)"
         )
 
 

@@ -1,4 +1,4 @@
-"""Drives for open-loop comparisons: the robot tours a scenario's waypoints, steered by its true pose, and all is recorded.
+"""Drives for open-loop comparisons: a robot tours waypoints, steered by its true pose, and all is recorded.
 
 Every method then gets the same measurements, which the closed loop cannot offer: there each method steers its own way.
 """

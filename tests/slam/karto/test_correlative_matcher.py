@@ -61,7 +61,7 @@ def test_penalty_decides_where_the_walls_leave_a_direction_open(matcher, scan_at
     pose = np.array([0.0, 1.0, 0.0])
     scan = scan_at(*pose, where=corridor)
     matcher.show(world_points(scan_at(0.4, 1.0, 0.0, where=corridor), np.array([0.4, 1.0, 0.0])), pose)
-    predicted = pose + [0.0, 0.1, 0.0]
+    predicted = pose + np.array([0.0, 0.1, 0.0])
     found = matcher.match(scan, predicted, penalize=True)
     assert abs(found.pose[1] - 1.0) < 0.015  # across: told by the walls
     assert abs(found.pose[0]) < 0.05  # along: as predicted

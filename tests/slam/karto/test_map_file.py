@@ -60,7 +60,7 @@ def test_saving_a_loaded_map_again_gives_the_same_arrays(first_drive, map_path, 
 @pytest.mark.parametrize("length", [0, 1, 100, 20_000])
 def test_a_truncated_file_is_refused(first_drive, map_path, length) -> None:
     map_path.write_bytes(map_path.read_bytes()[:length])
-    with pytest.raises(RecordError, match="hall.npz"):
+    with pytest.raises(RecordError, match=r"hall\.npz"):
         started(first_drive).load_map(map_path)
 
 
@@ -68,7 +68,7 @@ def test_a_flipped_bit_is_refused(first_drive, map_path) -> None:
     content = bytearray(map_path.read_bytes())
     content[len(content) // 2] ^= 0xFF
     map_path.write_bytes(content)
-    with pytest.raises(RecordError, match="hall.npz"):
+    with pytest.raises(RecordError, match=r"hall\.npz"):
         started(first_drive).load_map(map_path)
 
 

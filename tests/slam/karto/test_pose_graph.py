@@ -17,7 +17,7 @@ def ring(count: int, turn_error: float) -> tuple[PoseGraph, np.ndarray, np.ndarr
     graph.add_vertex()
     for k in range(1, count):
         graph.add_vertex()
-        step = compose(invert(truth[k - 1]), truth[k]) + [0, 0, turn_error]
+        step = compose(invert(truth[k - 1]), truth[k]) + np.array([0, 0, turn_error])
         poses[k] = compose(poses[k - 1], step)
         graph.link(k - 1, k, (poses[k - 1], poses[k]), TIGHT)
     return graph, poses, truth
@@ -41,14 +41,14 @@ def test_consistent_edges_leave_the_poses_where_they_are() -> None:
 
 
 def test_an_uncertain_direction_gives_way_whatever_the_heading() -> None:
-    """Two edges disagree about x in the map frame; the one that is sure of it wins although its source looks along y."""
+    """Two edges disagree about x in the map frame; the one sure of it wins although its source looks along y."""
     graph = PoseGraph()
     for _ in range(2):
         graph.add_vertex()
     source, target = np.array([0.0, 0.0, np.pi / 2]), np.array([1.0, 0.0, 0.3])
     graph.link(0, 1, (source, target), np.diag([1e-6, 1e-2, 1e-6]))
     graph.edges.append(
-        graph.edges[0].__class__(0, 1, compose(invert(source), target + [0.1, 0.1, 0]), np.eye(3) * 1e-4)
+        graph.edges[0].__class__(0, 1, compose(invert(source), target + np.array([0.1, 0.1, 0])), np.eye(3) * 1e-4)
     )
     found = graph.optimise(np.stack([source, target]))[1]
     assert found[0] == pytest.approx(1.001, abs=1e-3)

@@ -2,20 +2,27 @@
 
 The algorithm is OpenKarto's (Konolige et al. 2010, IROS, "Efficient sparse pose adjustment for 2D mapping"; matching:
 Olson 2009, ICRA, "Real-time correlative scan matching"): keyframes behind a gate of travel and heading, each matched
-against the buffer of the keyframes before it, linked to near chains, loops searched among near keyframes that are not
-linked, and a pose graph optimised when a loop closes. Parameters and defaults: `slam/karto/settings.py`.
+against the buffer of those before it, linked to near chains, loops searched among near keyframes that are not linked,
+and a pose graph optimised when a loop closes. Parameters and defaults: `slam/karto/settings.py`.
 
 Where it differs, and why:
-- minimum_travel_distance is 0.2 m; the published file says 0.0, by which OpenKarto takes every scan (its gate compares
-  the squared distance to d^2, which 0 always passes). At 10 Hz that is 12,000 keyframes in a tour of 20 minutes, also while
-  the robot stands, and a buffer of 10 scans that reaches back one second.
-- Every scan gets a pose all the same: between keyframes it is matched on the surfaces of the buffer, not carried by odometry.
-- reuse_keyframes: where a linked keyframe already shows the place, the robot passes it (it enters the buffer) and none is added,
-  so that map and time per scan grow with the area and not with the hours. False keeps every keyframe, as OpenKarto does.
-- refine_match: the correlative match, no finer than its 1 cm cells, is followed by a point-to-line refinement. False leaves it out.
-- The coarse search looks at every fourth cell with a thinned scan (OpenKarto: every second, all hits); the smear is wide enough
-  (10 cm) for that, and the fine search and the refinement follow.
-- A scan that does not fit the map at all leaves the robot on odometry with status `lost`; OpenKarto would take any best pose.
+
+- `minimum_travel_distance` is 0.2 m. The published file says 0.0, by which OpenKarto takes every scan (its gate asks
+  whether the squared distance reaches d^2, and 0 always does): 12,000 keyframes in a tour of 20 minutes at 10 Hz, also
+  while the robot stands, and a buffer of 10 scans that reaches back one second.
+- Every scan gets a pose all the same: between keyframes it is matched on the surfaces of the buffer.
+- `reuse_keyframes`: where a linked keyframe already shows the place, the robot passes it (it enters the buffer) and
+  none is added, so that map and time grow with the area and not with the hours. False: every gate adds one.
+- `refine_match`: a point-to-line refinement follows the correlative match, whose cells are 1 cm and 0.2 degrees. In
+  three rounds of the AWS small house and warehouse it takes the mean error from 1.1 and 2.9 cm to 0.3 cm.
+- The coarse search looks at every fourth cell with a thinned scan (OpenKarto: every second cell, all hits): the smear
+  of 10 cm allows it, and the fine search and the refinement follow.
+- A chain or a loop must reach 0.7 of the response that the buffer reaches, besides OpenKarto's absolute thresholds,
+  which rooms of the same size pass. A loop is closed with one chain per keyframe, not with all.
+- Where the robot passes a keyframe that is there already, loops are searched as well; the scan becomes a keyframe if
+  one closes.
+- A scan that does not fit the map leaves the robot on odometry with status `lost`, and after ten of them the map is
+  continued from there over a weak edge, across which loops are searched. OpenKarto takes the best pose it finds.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""`yag_slam`: the adapter of yag-slam, which drives the OpenKarto scan matcher itself. The reference that `karto` is measured against.
+"""`yag_slam`: the adapter of yag-slam, which drives the OpenKarto scan matcher itself.
 
-yag-slam and karto-scanmatcher are GPL/LGPL and have wheels up to CPython 3.11 only, so they come with an extra and are imported
-when the method starts, in its own process. It keeps its own name in every table: the paper's numbers are for slam_toolbox.
+It is the independent reference that `karto` is measured against. yag-slam and karto-scanmatcher are GPL and LGPL and
+have wheels up to CPython 3.11 only, so they come with an extra and are imported when the method starts, in its own
+process. It keeps its own name in every table: the paper's numbers are for slam_toolbox.
 
-yag-slam has no keyframe gate and no pose between keyframes; both are added here (0.2 m or 10 degrees; the odometry since the
-last keyframe). Poses inside are those of the laser; outside, of the base. After a loop closure its keyframes move, and
-the live pose with the last of them.
+yag-slam has no keyframe gate and no pose between keyframes; both are added here (0.2 m or 10 degrees; the odometry
+since the last keyframe). Poses inside are those of the laser, outside of the base. After a loop closure its keyframes
+move, and the live pose with the last of them.
 """
 
 from __future__ import annotations
@@ -111,8 +112,8 @@ class YagSlam(SlamMethod):
         self._T_fed_odom: SE2 | None = None
         self._T_fed_start = SE2()
         self._last: Any = None
-        self._last_stamp = 0
-        self._status, self._covariance = Status.TRACKING, None
+        self._status = Status.TRACKING
+        self._covariance: FloatArray | None = None
 
     def feed(self, measurement: Measurement) -> PoseEstimate | None:
         """A live pose for every scan; None for odometry."""
@@ -145,7 +146,7 @@ class YagSlam(SlamMethod):
             raise DiskFullError(f"{path}: cannot write the yag_slam map: {error.strerror}") from error
 
     def load_map(self, path: Path) -> None:
-        """Continue a saved map with the robot at the map's start pose. Raises RecordError if the file is not such a map."""
+        """Continue a saved map with the robot at its start pose. Raises RecordError if the file is not such a map."""
         if self._graph is None:
             raise InputError("yag_slam: call start before load_map")
         try:
