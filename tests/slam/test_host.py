@@ -210,6 +210,16 @@ def test_a_map_that_was_not_written_is_invalid_output(host_of, tmp_path):
         host.save_map(tmp_path / "map")
 
 
+def test_a_map_that_the_method_refuses_is_an_input_error(host_of, tmp_path):
+    host = host_of("PickyMapper")
+    host.start()
+    (tmp_path / "map").write_text("other")
+    with pytest.raises(InputError, match="not a map"):
+        host.load_map(tmp_path / "map")
+    with pytest.raises(MethodFailedError):
+        host.collect(0)
+
+
 def test_a_map_that_does_not_exist_is_an_input_error(host_of, tmp_path):
     host = host_of("Mapper")
     host.start()

@@ -25,6 +25,7 @@ from taskslam.slam import registry, wire
 from taskslam.slam.base import PoseEstimate, SlamMethod, Status
 from taskslam.slam.confine import confine_this_process
 from taskslam.slam.guest import SINGLE_THREADED
+from taskslam.slam.landlock import close_folder
 from taskslam.slam.latency import FRAME_SENSORS
 
 _CHUNK = 1 << 20
@@ -53,6 +54,18 @@ def construct(method: type[SlamMethod], name: str, options: Mapping[str, object]
     except (TypeError, ValueError) as error:
         traceback.print_exc()
         raise InputError(f"method '{name}' refuses its options {dict(options)}: {registry.one_line(error)}") from error
+
+
+def close_results(folder: Path, options: Mapping[str, object]) -> None:
+    """Make the folder in which the run is recorded unreadable, true poses and all, before the method's code is loaded.
+
+    Except where the method itself lies, and files in it that its options name.
+    """
+    code = [Path(entry) for entry in sys.path]
+    if folder in code:
+        return
+    named = [Path(value) for value in options.values() if isinstance(value, str) and "/" in value]
+    close_folder(folder, [Path.cwd(), Path(sys.prefix), Path(sys.base_prefix), *code, *named])
 
 
 class _Child:
@@ -112,6 +125,7 @@ class _Child:
         match header["do"]:
             case "construct":
                 self._name = header["method"]
+                close_results(Path(header["results"]), header["options"])
                 found = registry.load_method(self._name)
                 if found.card.asynchronous:
                     for variable in SINGLE_THREADED:

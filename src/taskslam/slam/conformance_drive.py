@@ -106,7 +106,7 @@ class ConformanceDrive:
 
     def _scan(self, stamp: int, lidar: Lidar2D) -> LaserScan:
         turn = round(NANOSECONDS / lidar.rate / lidar.samples) if lidar.rolling else 0
-        seconds = (stamp + turn * np.arange(lidar.samples)) / NANOSECONDS
+        seconds = (stamp - turn * np.arange(lidar.samples - 1, -1, -1)) / NANOSECONDS
         x, y, _ = lidar.mount.xyz
         laser = compose(self._in_room(seconds), np.array([x, y, lidar.mount.rpy[2]]))
         ranges = _cast(laser, lidar.angles(), self._segments)

@@ -27,7 +27,7 @@ _WATCH_PERIOD_S = 0.02
 _AFTER_CAP_PAUSE_S = 0.02
 
 # Only these variables reach a method: where programs, packages, caches and locales are.
-_ENVIRONMENT = ("PATH", "HOME", "LANG", "LANGUAGE", "TZ", "TMPDIR", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHASHSEED")
+_ENVIRONMENT = ("PATH", "HOME", "LANG", "LANGUAGE", "TZ", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHASHSEED")
 _ENVIRONMENT_PREFIXES = ("LC_", "NUMBA_", "XDG_CACHE", "TASKSLAM_METHOD_")
 # One thread for numeric libraries, so that sums repeat; a method that declares threads of its own gets them back.
 SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -102,7 +102,7 @@ class GuestProcess:
                 stdout=child_output,
                 stderr=subprocess.STDOUT,
                 cwd=self.scratch,
-                env=environment,
+                env={**environment, "TMPDIR": str(self.scratch)},
                 pass_fds=(child_request, child_reply),
                 start_new_session=True,
             )

@@ -52,7 +52,8 @@ __all__ = ["Limits", "MethodHost"]
 class MethodHost:
     """One method, from start to stop. Calls raise `MethodFailedError` once the method has failed.
 
-    method: a registered name or `package.module:Class`. log: file that gets what the method prints. frames: frames of
+    method: a registered name or `package.module:Class`. log: file to which what the method prints is added; the folder
+    that it lies in is where the run is recorded, and the method cannot read there. frames: frames of
     the card's frame sensors fed; dropped_frames: those that the method never saw because it was busy; compute_s: CPU
     time that it spent in `feed`; peak_memory: bytes resident at most.
     """
@@ -124,7 +125,14 @@ class MethodHost:
         self._guest = GuestProcess(self._log, self._limits, local=":" in self._name)
         try:
             timeout = self._limits.start_timeout_s
-            answer = self._ask("be constructed", timeout, do="construct", method=self._name, options=self._options)
+            answer = self._ask(
+                "be constructed",
+                timeout,
+                do="construct",
+                method=self._name,
+                options=self._options,
+                results=str(self._log.parent.resolve()),
+            )
             card = self._read_card(answer)
             check_needs(card, self._rig)
             self._schedule = Schedule(card.sensors, card.queue, self._latency.before(card.latency))
@@ -192,7 +200,8 @@ class MethodHost:
         """Give the method a map that `save_map` wrote; right after `start`.
 
         Raises:
-            InputError: its card says that it cannot, or the file cannot be read. MethodFailedError.
+            InputError: its card says that it cannot, or the file cannot be read, or is refused by the method, which
+                then is at its end. MethodFailedError.
         """
         self._need_maps("load")
         try:
@@ -320,7 +329,9 @@ class MethodHost:
 
     def _take_error(self, header: wire.Header, about: str) -> None:
         kind, detail = header.get("kind"), str(header.get("detail"))[:1000]
-        if kind in _INPUT_ERRORS and self._card is None:
+        if kind in _INPUT_ERRORS and header.get("number") is None:  # a command was at fault, not a measurement
+            self._failure = MethodFailedError(Outcome.CRASHED, f"{self._name} ended: {detail}")
+            self._process.end(grace_s=0)
             raise _INPUT_ERRORS[kind](detail)
         if self._outstanding:
             about = _words(self._outstanding[0])

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+from taskslam.errors import RecordError
 from taskslam.measurements import Sensor
 from taskslam.slam import Kind, MethodCard, PoseEstimate, SlamMethod, Status
 
@@ -206,6 +207,11 @@ class Mapper(Guest):
 
     def load_map(self, path):
         self.scans = int(path.read_text(encoding="ascii"))
+
+
+class PickyMapper(Mapper):
+    def load_map(self, path):
+        raise RecordError(f"{path.name}: not a map")
 
 
 class SavesNothing(Mapper):
