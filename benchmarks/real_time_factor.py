@@ -15,7 +15,6 @@ import time
 from pathlib import Path
 
 from common import aws_world, machine_line, pin_to_one_core
-
 from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run

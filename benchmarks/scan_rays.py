@@ -14,8 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from common import aws_world, machine_line, pin_to_one_core
 
+from common import aws_world, machine_line, pin_to_one_core
 from taskslam.robot import load_robot
 from taskslam.simulation.lidar import LaserScanner
 from taskslam.simulation.raytracing import RayCaster

@@ -102,10 +102,9 @@ def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage
     """With a false truth in the record, every estimate, command and arrival time stays the same, bit for bit."""
     stage = make_stage(rounds=1)
 
-    def steer(kind: type[Simulator], name: str) -> tuple[list[object], list[SE2]]:
+    def steer(kind: type[Simulator], name: str) -> tuple[list[object], int]:
         platform = kind(stage.world, stage.robot, seed=3)
         commands: list[object] = []
-        truths: list[SE2] = []
         original = platform.drive
 
         def drive_and_note(linear: float, angular: float) -> None:
@@ -121,14 +120,11 @@ def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage
             tour = Tour(stage.scenario, platform, Navigator(stage.plan, stage.robot), method, record, Observer())
             drive_tour(tour, Mode.WITHOUT_MAP)
             journal = (record.folder / "journal.jsonl").read_text()
-        for line in journal.splitlines():
-            if '"arrival"' in line:
-                truths.append(SE2())
-        return commands, truths
+        return commands, journal.count('"arrival"')
 
     honest_commands, arrivals = steer(Simulator, "honest")
     lying_commands, _ = steer(LyingPlatform, "lying")
-    assert len(arrivals) == 3
+    assert arrivals == 3
     assert honest_commands == lying_commands
 
 
@@ -211,5 +207,3 @@ def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
 
 
 GOALS_ONE = [[-1.0, -1.0, 0.0]]
-
-

@@ -12,7 +12,7 @@ from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.platform import Platform
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, LaserScan, Measurement, TruePose, WheelOdometry
-from taskslam.navigation.localization import Localization
+from taskslam.navigation.localization import Correction, Localization
 from taskslam.navigation.navigator import Navigator, Step
 from taskslam.outcomes import Outcome
 from taskslam.record.events import MethodNotice
@@ -103,7 +103,9 @@ class ClosedLoop:
             self.localization.odometry(measurement.stamp, measurement.T_odom_base)
             self._trace(measurement)
         elif isinstance(measurement, LaserScan):
-            self.navigator.sense(measurement, self.localization.T_map_odom, self.odometry.T_odom_base)
+            T_odom_base = self.localization.T_odom_base_at(measurement.stamp)
+            if T_odom_base is not None:
+                self.navigator.sense(measurement, self.localization.T_map_odom, T_odom_base)
         self.method.feed(measurement)
 
     def _trace(self, odometry: WheelOdometry) -> None:
@@ -123,7 +125,10 @@ class ClosedLoop:
             return
         T_start_base = SE2.from_matrix(estimate.T_start_base)
         before = self.localization.T_map_odom
-        self.localization.correct(estimate.stamp, T_start_base)
+        verdict = self.localization.correct(estimate.stamp, T_start_base)
+        if verdict is not Correction.APPLIED:
+            self._notice(f"estimate of {estimate.stamp} ns refused: {verdict}")
+            return
         moved = before.inverse() @ self.localization.T_map_odom
         if before.distance_to(self.localization.T_map_odom) > _JUMP_LINEAR or abs(moved.theta) > _JUMP_ANGULAR:
             self._notice(f"jumped by {before.distance_to(self.localization.T_map_odom):.2f} m, {moved.theta:.2f} rad")

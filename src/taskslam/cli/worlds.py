@@ -166,6 +166,8 @@ def _describe(world: World) -> None:
     console.print(table)
     for warning in world.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False)
+    if any(warning.startswith("Missing") for warning in world.warnings):
+        console.print("Name their folder with --resource-path or GAZEBO_MODEL_PATH if you have them.", style="dim")
 
 
 def _console() -> Console:

@@ -40,7 +40,10 @@ class TriangleMesh:
 
 @dataclass(frozen=True)
 class Material:
-    """Surface look. Colours are RGB(A) in 0..1; texture: (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top (v = 1)."""
+    """Surface look. Colours are RGB(A) in 0..1.
+
+    texture: (H, W, 3) or (H, W, 4) uint8 sRGB, row 0 at the top (v = 1).
+    """
 
     name: str
     diffuse: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
@@ -52,7 +55,10 @@ class Material:
 
 @dataclass(frozen=True)
 class Light:
-    """A light: `directional`, `point` or `spot`. pose: (4, 4) T_world_light; it shines along `direction` (light frame)."""
+    """A light: `directional`, `point` or `spot`.
+
+    pose: (4, 4) T_world_light; it shines along `direction`, given in the light's frame.
+    """
 
     name: str
     type: str
