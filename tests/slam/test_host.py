@@ -1,4 +1,6 @@
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -253,6 +255,31 @@ def test_stopping_leaves_no_scratch_folder_and_no_process(host_of, still_robot):
     assert not scratch.exists()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
+
+
+def test_a_method_dies_with_its_host(guests, tmp_path):
+    """Also when the host is killed outright and can clean up nothing."""
+    script = (
+        "import sys, time; from pathlib import Path; from taskslam.robot import load_robot;"
+        "from taskslam.slam.host import MethodHost;"
+        f"host = MethodHost('wheel_odometry', {{}}, load_robot('turtlebot2').rig, Path({str(tmp_path / 'log')!r}));"
+        "host.start(); print(host._process._process.pid, flush=True); time.sleep(60)"
+    )
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as parent:
+        child = int(parent.stdout.readline())
+        os.kill(child, 0)
+        parent.kill()
+    deadline = time.monotonic() + 5
+    while time.monotonic() < deadline and is_running(child):
+        time.sleep(0.05)
+    assert not is_running(child)
+
+
+def is_running(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
 
 
 def test_measurements_out_of_order_are_the_callers_error(host_of):

@@ -9,7 +9,6 @@ import contextlib
 import fcntl
 import os
 import select
-import shutil
 import signal
 import subprocess
 import sys
@@ -68,7 +67,8 @@ class GuestProcess:
             self._log = log.open("ab")
         except OSError as error:
             raise DiskFullError(f"{log}: cannot write the method's log: {error.strerror}") from error
-        self.scratch = Path(tempfile.mkdtemp(prefix="taskslam-method-"))
+        self._folder = tempfile.TemporaryDirectory(prefix="taskslam-method-", ignore_cleanup_errors=True)
+        self.scratch = Path(self._folder.name)
         self._request, self._reply, self._output = -1, -1, -1
         try:
             hide_this_process()
@@ -177,7 +177,7 @@ class GuestProcess:
                 setattr(self, name, -1)
         with contextlib.suppress(OSError):
             self._log.close()
-        shutil.rmtree(self.scratch, ignore_errors=True)
+        self._folder.cleanup()
 
     def _watch(self) -> None:
         """Thread: keep the log up to its bound, throttle what exceeds it, watch the memory."""

@@ -81,7 +81,8 @@ class MethodHost:
         self._failure: MethodFailedError | None = None
         self._reader = wire.MessageReader(wire.MAX_REPLY)
         self._unsent = bytearray()
-        self._outstanding: deque[HandOver] = deque()
+        self._outstanding: deque[HandOver] = deque()  # sent and not yet acknowledged
+        self._awaited: deque[HandOver] = deque()  # those of them with an answer that will be due
         self._ready: deque[tuple[int, PoseEstimate]] = deque()
         self._undelivered: list[PoseEstimate] = []
         self._answer: wire.Header | None = None
@@ -167,11 +168,9 @@ class MethodHost:
         """
         self._raise_failure()
         self._pass_time(until)
-        due = [hand_over.number for hand_over in self._outstanding if hand_over.due is None or hand_over.due <= until]
-        if due:
-            self._await_outstanding(due[-1])
-        else:
-            self._process.write(self._unsent)
+        self._process.write(self._unsent)
+        while self._awaited and (self._awaited[0].due is None or self._awaited[0].due <= until):
+            self._await_outstanding(self._awaited[0].number)
         estimates = []
         while self._ready and self._ready[0][0] <= until:
             estimates.append(self._ready.popleft()[1])
@@ -253,6 +252,8 @@ class MethodHost:
         for hand_over in handed:
             self._unsent += wire.pack_measurement(hand_over.number, hand_over.measurement)
             self._outstanding.append(hand_over)
+            if hand_over.due != NEVER:
+                self._awaited.append(hand_over)
             if self._schedule.occupies(hand_over.measurement):
                 self._process.write(self._unsent)  # the child works on it while the simulator goes on
 
@@ -324,6 +325,7 @@ class MethodHost:
         done = self._outstanding.popleft()
         due = self._schedule.settle(done, self._latency.after(compute)) if done.due is None else done.due
         if due != NEVER:
+            self._awaited.popleft()
             self._ready.extend((due, estimate) for estimate in self._undelivered)
             self._undelivered.clear()
 
