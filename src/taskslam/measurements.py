@@ -54,9 +54,10 @@ class LaserScan:
 
 @dataclass(frozen=True, slots=True)
 class PointCloud:
-    """One turn of a 3D LiDAR, in the LiDAR frame.
+    """One turn of a 3D LiDAR, in the LiDAR frame; rays without a return are left out.
 
-    points: (N, 3) float32 metres; ring: (N,) uint16; time_offset: (N,) int32 ns after stamp.
+    points: (N, 3) float32 metres, ring by ring in firing order; ring: (N,) uint16, 0 the lowest; time_offset: (N,)
+    int32 ns relative to stamp, never positive: the stamp is that of the last firing (all 0 for an instant turn).
     """
 
     sensor: ClassVar[Sensor] = Sensor.POINT_CLOUD

@@ -3,12 +3,27 @@
 from taskslam.robot.robot import (
     Drive,
     Footprint,
+    Imu,
     Lidar2D,
+    Lidar3D,
     OdometryNoise,
     Robot,
     SensorRig,
+    StereoCamera,
     load_robot,
     robot_presets,
 )
 
-__all__ = ["Drive", "Footprint", "Lidar2D", "OdometryNoise", "Robot", "SensorRig", "load_robot", "robot_presets"]
+__all__ = [
+    "Drive",
+    "Footprint",
+    "Imu",
+    "Lidar2D",
+    "Lidar3D",
+    "OdometryNoise",
+    "Robot",
+    "SensorRig",
+    "StereoCamera",
+    "load_robot",
+    "robot_presets",
+]

@@ -6,9 +6,10 @@ origin on the floor between the wheels). Every number's source stands beside it 
 
 from __future__ import annotations
 
+import math
 from importlib import resources
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import yaml
@@ -96,11 +97,77 @@ class OdometryNoise(_Part):
     slip: NonNegative = 0.0
 
 
+class Lidar3D(_Part):
+    """A spinning LiDAR: `rings` evenly over the elevations, `samples` per ring over 360 degrees (protocol 4.4).
+
+    rolling: every firing sees the world from where the robot is at its own time; else the whole turn is one instant.
+    """
+
+    mount: Mount
+    rate: Positive
+    rings: Annotated[int, Field(ge=1, le=256)]
+    samples: Annotated[int, Field(ge=2)]
+    elevation_min: float
+    elevation_max: float
+    range_min: NonNegative
+    range_max: Positive
+    noise: NonNegative
+    rolling: bool = False
+
+
+class StereoCamera(_Part):
+    """A rectified pinhole pair without distortion (protocol 4.3).
+
+    mount: pose of the left camera's body frame (x forward, y left, z up) in `base`; the right camera stands `baseline`
+    metres to its right. horizontal_fov: radians, gives fx = fy. noise: standard deviation of the read noise in grey
+    levels of 0..255. color: RGB images instead of grey ones. exposure: `auto`, or a fixed gain.
+    """
+
+    mount: Mount
+    rate: Positive
+    width: Annotated[int, Field(ge=16, le=8192)]
+    height: Annotated[int, Field(ge=16, le=8192)]
+    horizontal_fov: Annotated[float, Field(gt=0, lt=3.1)]
+    baseline: Positive
+    noise: NonNegative
+    near: Positive = 0.05
+    far: Positive = 50.0
+    color: bool = False
+    exposure: Literal["auto"] | Positive = "auto"
+
+    @property
+    def focal_length(self) -> float:
+        """Fx = fy in pixels."""
+        return 0.5 * self.width / math.tan(0.5 * self.horizontal_fov)
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Principal point cx, cy in pixels, OpenCV's convention (a pixel's centre has whole coordinates)."""
+        return 0.5 * self.width, 0.5 * self.height
+
+
+class Imu(_Part):
+    """A six-axis IMU (protocol 4.5). Noises are per-sample standard deviations, biases are drawn once per run.
+
+    gyro_noise, gyro_bias: rad/s; accel_noise, accel_bias: m/s^2.
+    """
+
+    mount: Mount
+    rate: Positive
+    gyro_noise: NonNegative
+    gyro_bias: NonNegative
+    accel_noise: NonNegative
+    accel_bias: NonNegative
+
+
 class SensorRig(_Part):
-    """Everything that a method may be told about the robot's sensors. Cameras, 3D LiDAR and IMU will join here."""
+    """Everything that a method may be told about the robot's sensors."""
 
     odometry: OdometryNoise
     lidar_2d: Lidar2D | None = None
+    lidar_3d: Lidar3D | None = None
+    stereo: StereoCamera | None = None
+    imu: Imu | None = None
 
 
 class Robot(_Part):
