@@ -139,6 +139,11 @@ def test_place_of_the_cache(monkeypatch, tmp_path):
     assert default_cache_dir() == tmp_path / "own"
 
 
+def test_world_file_may_be_named_by_a_crooked_path(site, textured_world):
+    crooked = site.root / "models" / ".." / "worlds" / "test.world"
+    assert load_world(crooked).models == ("thing",)
+
+
 def test_missing_world_file_is_named(tmp_path):
     with pytest.raises(WorldError, match=r"World file .*nowhere\.world does not exist; expected a Gazebo world"):
         load_world(tmp_path / "nowhere.world")

@@ -161,29 +161,29 @@ class _Painter:
             through = self._shader.see_through(points)
             opaque = ~through
             kept = points.at(np.flatnonzero(opaque))
-            openness = self._openness(kept, going[opaque] % _SAMPLES**2)
-            colour[going[opaque]] = self._shader.radiance(kept, openness)
+            normal = self._shader.facing_normals(kept)
+            openness = self._openness(kept.position, normal, going[opaque] % _SAMPLES**2)
+            colour[going[opaque]] = self._shader.radiance(kept, normal, openness)
             hit[going[opaque]] = True
             travelled[going] = distance + np.float32(1e-3)
             going = going[through]
         return colour, hit, solid
 
-    def _openness(self, points: SurfacePoints, sample: npt.NDArray[np.int64]) -> Columns:
+    def _openness(self, position: Columns, normal: Columns, sample: npt.NDArray[np.int64]) -> Columns:
         """(N,) share of ambient light that reaches a point (ambient occlusion).
 
         One ray a point, in a direction that depends on which of its pixel's samples the point is: the average over the
         pixel is then one over nine directions spread by the cosine law.
         """
-        normal = self._shader.facing_normals(points)
-        helper = np.where(np.abs(normal[:, :1]) < 0.9, np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]]))
-        tangent = np.cross(normal, helper)
-        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-        lift = np.sqrt((sample + 0.5) / _SAMPLES**2)[:, None]
-        angle = (sample * (math.pi * (3.0 - math.sqrt(5.0))))[:, None]
-        flat = np.sqrt(1.0 - lift**2)
-        direction = lift * normal + flat * (np.cos(angle) * tangent + np.sin(angle) * np.cross(normal, tangent))
-        start = np.ascontiguousarray(points.position + 2e-3 * normal, dtype=np.float32)
-        distance = self._caster.distances(start, np.ascontiguousarray(direction, dtype=np.float32))
+        number = np.arange(_SAMPLES**2)
+        lift = np.sqrt((number + 0.5) / _SAMPLES**2).astype(np.float32)
+        angle = number * (math.pi * (3.0 - math.sqrt(5.0)))  # the golden angle spreads few directions evenly
+        around = np.stack([np.cos(angle), np.sin(angle)], axis=1) * np.sqrt(1.0 - lift**2)[:, None]
+        along_x, along_y = _tangents(normal)
+        turn = around.astype(np.float32)[sample]
+        direction = lift[sample, None] * normal + turn[:, :1] * along_x + turn[:, 1:] * along_y
+        start = np.ascontiguousarray(position + np.float32(2e-3) * normal)
+        distance = self._caster.distances(start, np.ascontiguousarray(direction))
         return np.asarray(0.3 + 0.7 * np.minimum(distance / _OCCLUSION_REACH, 1.0), dtype=np.float32)
 
     def _inside_solid(self, origin: Columns) -> npt.NDArray[np.bool_]:
@@ -218,6 +218,17 @@ class _Painter:
         ink = linear_of_srgb(np.array(_CUT)).astype(np.float32)
         out += np.clip(1.0 - seen - cut, 0.0, 1.0)[..., None] * paper + cut[..., None] * ink
         return (srgb_of_linear(out) * 255.0 + 0.5).astype(np.uint8)
+
+
+def _tangents(normal: Columns) -> tuple[Columns, Columns]:
+    """Two (N, 3) unit vectors across each unit normal and across one another."""
+    x, y, z = normal.T
+    zero = np.zeros_like(x)
+    steep = np.abs(x) < 0.9
+    first = np.where(steep[:, None], np.stack([zero, z, -y], axis=1), np.stack([-z, zero, x], axis=1))
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    a, b, c = first.T
+    return first, np.stack([y * c - z * b, z * a - x * c, x * b - y * a], axis=1)
 
 
 def _shoulder(linear: Columns) -> Columns:

@@ -94,14 +94,15 @@ class Shader:
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         return np.asarray(normal / np.maximum(length, 1e-12), dtype=np.float32)
 
-    def radiance(self, points: SurfacePoints, openness: Columns | None = None) -> Columns:
-        """(N, 3) linear colour of the points; openness: (N,) share of the ambient light that reaches each."""
-        normal = self.facing_normals(points)
+    def radiance(self, points: SurfacePoints, normal: Columns, openness: Columns) -> Columns:
+        """(N, 3) linear colour of the points.
+
+        normal: (N, 3) from `facing_normals`; openness: (N,) share of the ambient light that reaches each point.
+        """
         light = np.zeros((len(normal), 3), np.float32)
         light += np.asarray(self._world.ambient, np.float32) * np.float32(0.8)
         light += _HEADLIGHT * np.abs(np.einsum("nd,nd->n", normal, points.view))[:, None]
-        if openness is not None:
-            light *= openness[:, None]
+        light *= openness[:, None]
         for source in self._world.lights:
             light += _lambert(source, points.position, normal)
         albedo = self._albedo(points)[:, :3]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -40,7 +41,7 @@ def load_world(
         return _registered(str(reference))
     if not path.is_file():
         raise WorldError(f"World file {path} does not exist; expected a Gazebo world (.world or .sdf).")
-    path = path.absolute()
+    path = _canonical(path)
     missing = [str(folder) for folder in resource_paths if not Path(folder).expanduser().is_dir()]
     if missing:
         raise WorldError(f"Resource path {missing[0]} is not a folder.")
@@ -54,6 +55,12 @@ def load_world(
         world = _import(path, resources)
         save_cached(file, world, resources)
     return world
+
+
+def _canonical(path: Path) -> Path:
+    """Absolute path without `..`; symbolic links stay, because the models may lie beside the link."""
+    plain = Path(os.path.normpath(path.absolute()))
+    return plain if plain.exists() and plain.samefile(path) else path.resolve()
 
 
 def _import(path: Path, resources: Resources) -> World:

@@ -78,6 +78,20 @@ def test_radius_must_be_positive(shape):
         shape("<sphere><radius>-1</radius></sphere>")
 
 
+@pytest.mark.parametrize(
+    ("geometry", "message"),
+    [
+        ("<box><size>1 -2 3</size></box>", r"<box> in visual 'v' .* needs a <size> of 0 or more; it has 1 -2 3"),
+        ("<ellipsoid><radii>1 0 1</radii></ellipsoid>", r"needs <radii> above 0"),
+        ("<plane><normal>0 0 0</normal></plane>", r"normal 0 0 0"),
+        ("<mesh/>", r"A <mesh> in visual 'v' .* has no <uri>"),
+    ],
+)
+def test_sizes_that_make_no_sense_are_refused(shape, geometry, message):
+    with pytest.raises(WorldError, match=message):
+        shape(geometry)
+
+
 def test_shapes_that_are_not_supported_are_named(site, link):
     odd = "<visual name='v'><geometry><heightmap><uri>x</uri></heightmap></geometry></visual>"
     world = site.load(f"<model name='m'>{link()}<link name='land'>{odd}</link></model>")

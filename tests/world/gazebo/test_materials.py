@@ -143,6 +143,11 @@ def test_truncated_texture_is_a_warning(textured, make_png):
     assert world.materials[0].texture is None
 
 
+def test_postscript_dressed_as_a_texture_is_not_run(textured):
+    program = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 8 8\n%%EndComments\nshowpage\n%%EOF\n"
+    assert textured(program).warnings == ("Damaged and left out: 1 texture: skin.png.",)
+
+
 def test_large_textures_are_reduced_and_opaque_alpha_is_dropped(textured, make_png):
     assert textured(make_png((1, 2, 3, 255), (2048, 512))).materials[0].texture.shape == (256, 1024, 3)
 

@@ -74,6 +74,16 @@ def test_obj_with_its_material_and_texture(site, mesh, make_png, extent_of):
     assert world.warnings == ()
 
 
+def test_objects_of_an_obj_are_submeshes(site, extent_of):
+    faces = "".join(
+        f"o part{k}\nv {k} 0 0\nv {k} 1 0\nv {k} 0 1\nf {3 * k + 1} {3 * k + 2} {3 * k + 3}\n" for k in range(3)
+    )
+    site.file("worlds/a.obj", faces)
+    geometry = "<geometry><mesh><uri>a.obj</uri><submesh><name>part1</name></submesh></mesh></geometry>"
+    world = site.load(f"<model name='m'><link name='l'><visual name='v'>{geometry}</visual></link></model>")
+    assert extent_of(world.visual).tolist() == [1, 0, 0, 1, 1, 1]
+
+
 def test_obj_with_a_missing_texture_warns(site, mesh):
     site.file("models/thing/meshes/a.mtl", "newmtl paint\nmap_Kd skin.png\n")
     assert mesh("a.obj", OBJ).warnings == ("Missing and left out: 1 texture: skin.png.",)

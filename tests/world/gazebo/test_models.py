@@ -1,6 +1,7 @@
 import pytest
 
 from taskslam.errors import WorldError
+from taskslam.world.gazebo import models
 from taskslam.world.loading import load_world
 
 
@@ -113,6 +114,21 @@ def test_world_including_itself_is_refused(site):
         site.load(include("test.world"))
 
 
+def test_includes_that_multiply_without_end_are_refused(site, link, monkeypatch):
+    monkeypatch.setattr(models, "_MOST_MODELS", 500)
+    site.model("m0", link())
+    for level in range(1, 25):
+        site.model(f"m{level}", include(f"model://m{level - 1}", "<name>a</name>") * 3)
+    with pytest.raises(WorldError, match=r"comes to more than 500 models"):
+        site.load(include("model://m24"))
+
+
+def test_models_nested_without_end_are_refused(site):
+    deep = "<model name='m'>" * 3000 + "</model>" * 3000
+    with pytest.raises(WorldError, match=r"test\.world nests models too deeply"):
+        site.load(deep)
+
+
 def test_resource_paths_of_the_caller_and_the_environment(site, link, tmp_path, monkeypatch):
     site.model("crate", link(size=(1, 1, 1)))
     (tmp_path / "models").rename(tmp_path / "elsewhere")
@@ -177,12 +193,20 @@ def test_state_scale_inserts_and_deletes(site, link, extent_of):
     assert extent_of(world.visual).tolist() == [-1, -2, -3, 1, 2, 10.5]
 
 
+@pytest.mark.parametrize("scale", ["1 2", "a b c", "1 1 nan"])
+def test_state_scale_that_is_not_three_numbers_is_refused(site, link, scale):
+    state = STATE.format(f"<model name='m'><scale>{scale}</scale></model>")
+    with pytest.raises(WorldError, match=r"<scale> in <state> of 'm' in .*expected 3"):
+        site.load(f"<model name='m'>{link()}</model>{state}")
+
+
 def test_file_with_only_a_model_is_a_world(site, link):
     folder = site.model("crate", link())
     assert load_world(folder / "model.sdf", use_cache=False).models == ("crate",)
 
 
-def test_actors_are_left_out_with_a_warning(site, link):
+def test_actors_and_roads_are_left_out_with_a_warning(site, link):
     site.file("models/walker/model.sdf", "<sdf version='1.6'><actor name='walker'/></sdf>")
-    world = site.load(f"<model name='m'>{link()}</model>" + include("model://walker"))
-    assert world.warnings == ("Not supported and left out: 1 kind of element: <actor>.",)
+    odd = include("model://walker") + "<actor name='runner'/><road name='r'/>"
+    world = site.load(f"<model name='m'>{link()}</model>" + odd)
+    assert world.warnings == ("Not supported and left out: 2 kinds of element (3 uses): <actor>, <road>.",)

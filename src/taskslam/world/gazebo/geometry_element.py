@@ -80,8 +80,14 @@ def _positive(shape: Element, tag: str, where: str) -> float:
     return value
 
 
+def _not_negative(values: list[float], tag: str, where: str) -> list[float]:
+    if min(values) < 0.0:
+        raise WorldError(f"{where} needs a <{tag}> of 0 or more; it has {' '.join(f'{v:g}' for v in values)}.")
+    return values
+
+
 def _box(shape: Element, where: str) -> list[Surface]:
-    x, y, z = vector(shape, "size", (1.0, 1.0, 1.0), where)
+    x, y, z = _not_negative(vector(shape, "size", (1.0, 1.0, 1.0), where), "size", where)
     return primitives.box(x, y, z)
 
 
@@ -92,6 +98,8 @@ def _sphere(shape: Element, where: str) -> list[Surface]:
 
 def _ellipsoid(shape: Element, where: str) -> list[Surface]:
     rx, ry, rz = vector(shape, "radii", (1.0, 1.0, 1.0), where)
+    if min(rx, ry, rz) <= 0.0:
+        raise WorldError(f"{where} needs <radii> above 0; it has {text_of(shape, 'radii')}.")
     return primitives.ellipsoid(rx, ry, rz)
 
 
@@ -108,7 +116,7 @@ def _capsule(shape: Element, where: str) -> list[Surface]:
 
 
 def _plane(shape: Element, where: str) -> list[Surface]:
-    width, height = vector(shape, "size", (100.0, 100.0), where)
+    width, height = _not_negative(vector(shape, "size", (100.0, 100.0), where), "size", where)
     return primitives.plane(np.array(vector(shape, "normal", (0.0, 0.0, 1.0), where)), width, height)
 
 

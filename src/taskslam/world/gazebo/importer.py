@@ -40,7 +40,10 @@ def import_sdf(path: Path, resources: Resources) -> World:
     """
     root = parse_sdf(resources.read(path), path)
     world = root.find("world")
-    return _Importer(path, resources).run(root if world is None else world)
+    try:
+        return _Importer(path, resources).run(root if world is None else world)
+    except RecursionError as error:
+        raise WorldError(f"{path} nests models too deeply to be read.") from error
 
 
 @dataclass

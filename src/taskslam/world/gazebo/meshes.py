@@ -96,6 +96,7 @@ def _read_by_trimesh(data: bytes, path: Path, resources: Resources, textures: Te
             file_type=path.suffix[1:].lower(),
             resolver=_Resolver(resources, path.parent, textures),
             process=False,
+            **({"split_objects": True} if path.suffix.lower() == ".obj" else {}),
         )
         turn = _GLTF_TO_Z_UP if path.suffix.lower() in (".gltf", ".glb") else np.eye(4)
         surfaces = []
@@ -113,15 +114,16 @@ def _read_by_trimesh(data: bytes, path: Path, resources: Resources, textures: Te
 
 
 def _surface(mesh: Any, name: str, path: Path, textures: TextureStore) -> Surface:
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
     faces = np.asarray(mesh.faces, dtype=np.int64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise ValueError("it has vertices or triangles that lack coordinates or corners")
     uv = getattr(mesh.visual, "uv", None)
     corner_uv = np.zeros((len(faces), 3, 2)) if uv is None or len(uv) == 0 else np.asarray(uv, np.float64)[faces]
     # Only normals that the file holds: computed ones would round the edges of a box.
     stored = mesh._cache.cache.get("vertex_normals")
     normals = None if stored is None or len(stored) == 0 else np.asarray(stored, dtype=np.float64)[faces]
-    return Surface(
-        np.asarray(mesh.vertices, np.float64), faces, corner_uv, normals, _material(mesh, path, textures), name
-    )
+    return Surface(vertices, faces, corner_uv, normals, _material(mesh, path, textures), name)
 
 
 def _material(mesh: Any, path: Path, textures: TextureStore) -> Material:

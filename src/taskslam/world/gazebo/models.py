@@ -11,7 +11,7 @@ import numpy as np
 
 from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray
-from taskslam.world.gazebo.document import named, parse_sdf, read_pose, text_of
+from taskslam.world.gazebo.document import named, parse_sdf, read_pose, text_of, vector
 from taskslam.world.gazebo.frames import Scope
 from taskslam.world.gazebo.resources import Resources
 from taskslam.world.gazebo.stock_models import STOCK_MODELS
@@ -19,7 +19,9 @@ from taskslam.world.gazebo.stock_models import STOCK_MODELS
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
+_NOT_SUPPORTED = ("actor", "population", "road")
 _DEEPEST_NESTING = 32
+_MOST_MODELS = 50_000  # files that include others twice over grow without bound
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,7 @@ class Expander:
     unsupported: dict[str, int] = field(default_factory=dict)
     lights: list[IncludedLight] = field(default_factory=list)
     _documents: dict[Path, Element] = field(default_factory=dict)
+    _count: int = 0
 
     def models_in(self, parent: Element, file: Path, scope: Scope, chain: Sequence[str]) -> list[Model]:
         """Models defined in or included by an element, in document order; their frames are added to the scope."""
@@ -80,6 +83,8 @@ class Expander:
                     continue
                 model = included
             else:
+                if child.tag in _NOT_SUPPORTED:
+                    self._leave_out(f"<{child.tag}>")
                 continue
             scope.add_model(model.name, model.scope, model.pose, model.relative_to, model.placement)
             models.append(model)
@@ -118,6 +123,9 @@ class Expander:
                 return element, path, (*chain, str(path))
         raise WorldError(f"{path} holds no <model>, so that it cannot be included.")
 
+    def _leave_out(self, what: str) -> None:
+        self.unsupported[what] = self.unsupported.get(what, 0) + 1
+
     def _include(self, include: Element, file: Path, where: str, chain: Sequence[str]) -> Model | None:
         found = self._included_element(include, file, where, chain)
         if found is None:
@@ -128,7 +136,7 @@ class Expander:
             self.lights.append(IncludedLight(element, *read_pose(source, f"<include> in {where}")))
             return None
         if element.tag == "actor":
-            self.unsupported["<actor>"] = self.unsupported.get("<actor>", 0) + 1
+            self._leave_out("<actor>")
             return None
         model = self._model(element, path, inner_chain)
         model.name = text_of(include, "name", model.name)
@@ -140,6 +148,9 @@ class Expander:
         return model
 
     def _model(self, element: Element, file: Path, chain: Sequence[str]) -> Model:
+        self._count += 1
+        if self._count > _MOST_MODELS:
+            raise WorldError(f"{chain[0]} comes to more than {_MOST_MODELS} models with all that it includes.")
         name = (element.get("name") or "").strip()
         where = f"model '{name}' in {file}"
         pose, relative_to = read_pose(element, where)
@@ -215,10 +226,7 @@ def state_scales(world: Element, where: str) -> dict[str, FloatArray]:
     scales = {}
     for state in world.findall("state"):
         for name, model in named(state, "model"):
-            if (model.findtext("scale") or "").strip():
-                values = [float(v) for v in (model.findtext("scale") or "").split()]
-                if len(values) != 3 or not all(np.isfinite(values)):
-                    raise WorldError(f"<scale> in <state> of '{name}' in {where} must be three finite numbers.")
-                if values != [1.0, 1.0, 1.0]:
-                    scales[name] = np.array(values)
+            scale = vector(model, "scale", (1.0, 1.0, 1.0), f"<state> of '{name}' in {where}")
+            if scale != [1.0, 1.0, 1.0]:
+                scales[name] = np.array(scale)
     return scales

@@ -11,6 +11,7 @@ from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray
 from taskslam.world.world import Material, TriangleMesh
 
+_LARGEST = 1e9  # metres; beyond it products of coordinates lose all meaning
 DEFAULT_MATERIAL = Material("default", diffuse=(0.7, 0.7, 0.7, 1.0))
 
 
@@ -57,7 +58,7 @@ def check_surface(surface: Surface, where: str) -> Surface:
     ):
         raise WorldError(f"Mesh {where} refers to vertices that it does not have.")
     used = surface.vertices[surface.triangles]
-    bad = ~np.isfinite(used.reshape(-1, 9)).all(axis=1)
+    bad = ~(np.abs(used.reshape(-1, 9)) < _LARGEST).all(axis=1)
     if bad.any():
         raise WorldError(
             f"Mesh {where} has NaN or infinite vertices in {np.count_nonzero(bad)} of {len(used)} triangles."

@@ -13,6 +13,7 @@ from PIL import Image
 
 from taskslam.world.gazebo.resources import Resources
 
+_FORMATS = ("PNG", "JPEG", "TGA", "BMP", "GIF", "TIFF", "WEBP", "DDS", "PPM")  # not EPS, which starts a program
 LARGEST_SIDE = 1024
 """Larger textures are reduced to this many pixels a side: a robot's camera sees no more, and a world of 4K textures
 would fill gigabytes."""
@@ -25,7 +26,7 @@ def decode(data: bytes) -> Texture | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            with Image.open(io.BytesIO(data)) as image:
+            with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
                 image.load()
                 return _as_array(image)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
