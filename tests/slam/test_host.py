@@ -155,6 +155,7 @@ def test_a_method_that_does_not_stop_is_killed(host_of):
         ("TakesOptions", {"resolution": -1}, InputError, "resolution must be positive"),
         ("WantsTheTruth", {}, InputError, "only methods of kind reference"),
         ("WantsCameras", {}, InputError, "needs stereo_images, which the robot has not"),
+        ("Timeless", {}, InputError, "latency nan s"),
         ("NotAMethod", {}, InputError, "not a subclass"),
         ("Unfinished", {}, InputError, "card"),
         ("Absent", {}, InputError, "has no class 'Absent'"),

@@ -67,7 +67,10 @@ class GuestProcess:
             self._log = log.open("ab")
         except OSError as error:
             raise DiskFullError(f"{log}: cannot write the method's log: {error.strerror}") from error
-        self._folder = tempfile.TemporaryDirectory(prefix="taskslam-method-", ignore_cleanup_errors=True)
+        try:
+            self._folder = tempfile.TemporaryDirectory(prefix="taskslam-method-", ignore_cleanup_errors=True)
+        except OSError as error:
+            raise HostFailedError(f"cannot make a scratch folder for the method: {error}") from error
         self.scratch = Path(self._folder.name)
         self._request, self._reply, self._output = -1, -1, -1
         try:

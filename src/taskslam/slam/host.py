@@ -20,9 +20,7 @@ from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NoReturn, Self
-
-import numpy as np
+from typing import NoReturn, Self
 
 from taskslam.errors import (
     DiskFullError,
@@ -32,17 +30,16 @@ from taskslam.errors import (
     TaskSlamError,
     UnknownMethodError,
 )
-from taskslam.geometry import is_rigid
-from taskslam.measurements import NANOSECONDS, Measurement, Sensor
+from taskslam.measurements import NANOSECONDS, Measurement
 from taskslam.outcomes import Outcome
 from taskslam.robot import SensorRig
 from taskslam.slam import wire
-from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, Status
+from taskslam.slam.base import MethodCard, PoseEstimate
+from taskslam.slam.contract import check_needs, read_card, read_estimate, what_is_wrong
 from taskslam.slam.failure import MethodFailedError
 from taskslam.slam.guest import GuestProcess, Limits
 from taskslam.slam.latency import NEVER, HandOver, LatencyModel, Schedule
 
-_RIGID_TOLERANCE = 1e-3  # methods that compute in float32 still pass
 _MAX_UNSENT = 64 << 20
 _INPUT_ERRORS = {"unknown": UnknownMethodError, "unavailable": MethodUnavailableError, "input": InputError}
 
@@ -134,7 +131,7 @@ class MethodHost:
                 options=self._options,
                 results=str(self._log.parent.resolve()),
             )
-            card = self._read_card(answer)
+            card = read_card(self._name, answer)
             check_needs(card, self._rig)
             self._schedule = Schedule(card.sensors, card.queue, self._latency.before(card.latency))
             self._ask("start", timeout, do="start", rig=self._rig.model_dump_json())
@@ -311,8 +308,8 @@ class MethodHost:
         estimate: PoseEstimate | None = None
         if "estimate" in header:
             cause = self._outstanding[0].measurement
-            estimate = _read_estimate(header["estimate"], arrays)
-            if wrong := _what_is_wrong(estimate, cause.stamp, self._last_stamp):
+            estimate = read_estimate(header["estimate"], arrays)
+            if wrong := what_is_wrong(estimate, cause.stamp, self._last_stamp):
                 self._doom = (Outcome.INVALID_OUTPUT, f"returned {wrong}, at {_words(self._outstanding[0])}")
                 return
         if estimate is not None:
@@ -342,15 +339,6 @@ class MethodHost:
         else:
             self._doom = (Outcome.CRASHED, f"raised {detail}, at {about}")
 
-    def _read_card(self, answer: wire.Header) -> MethodCard:
-        try:
-            fields = dict(answer["card"])
-            fields["sensors"] = tuple(Sensor(sensor) for sensor in fields["sensors"])
-            fields["kind"], fields["map_mode"] = Kind(fields["kind"]), MapMode(fields["map_mode"])
-            return MethodCard(**fields)
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(f"method '{self._name}': its card is not valid: {error}") from error
-
     def _need_maps(self, verb: str) -> None:
         if not self.card.can_save_map:
             raise InputError(f"method '{self._name}' cannot {verb} maps (can_save_map is false on its card)")
@@ -368,47 +356,3 @@ class MethodHost:
 def _words(hand_over: HandOver) -> str:
     measurement = hand_over.measurement
     return f"the {measurement.sensor.replace('_', ' ')} at {measurement.stamp / NANOSECONDS:.3f} s"
-
-
-def _read_estimate(fields: Any, arrays: wire.Arrays) -> PoseEstimate:
-    try:
-        return PoseEstimate(fields["stamp"], arrays["T_start_base"], Status(fields["status"]), arrays.get("covariance"))
-    except (KeyError, TypeError, ValueError) as error:
-        raise wire.WireError(f"an estimate without its parts: {error}") from error
-
-
-def _what_is_wrong(estimate: PoseEstimate, now: int, last: int) -> str:
-    """Why an estimate made at `now` after one stamped `last` (ns) is not a usable pose; empty if it is."""
-    T, covariance = estimate.T_start_base, estimate.covariance
-    if not is_rigid(T, _RIGID_TOLERANCE):
-        return f"a pose that is not {'a rigid transform' if np.isfinite(T).all() else 'finite'}"
-    if covariance is not None and (covariance.shape != (3, 3) or not np.isfinite(covariance).all()):
-        return "a covariance that is not a finite 3x3 matrix"
-    if type(estimate.stamp) is not int or estimate.stamp < last:
-        return f"a pose that goes back in time (stamp {estimate.stamp} ns after {last} ns)"
-    if estimate.stamp > now:
-        return f"a pose of the future (stamp {estimate.stamp} ns)"
-    return ""
-
-
-def check_needs(card: MethodCard, rig: SensorRig) -> None:
-    """Whether a robot with this rig can run a method with this card.
-
-    Raises:
-        InputError: a sensor that the rig has not, wheel odometry used but not asked for, or the truth asked for by a
-            method that is not a reference.
-    """
-    if Sensor.TRUE_POSE in card.sensors and card.kind is not Kind.REFERENCE:
-        raise InputError(
-            f"method '{card.name}' of kind {card.kind} asks for true poses; only methods of kind reference get them"
-        )
-    if card.odometry_prior and Sensor.WHEEL_ODOMETRY not in card.sensors:
-        raise InputError(f"method '{card.name}' uses an odometry prior but has no wheel_odometry among its sensors")
-    if not card.sensors:
-        raise InputError(f"method '{card.name}' asks for no sensor")
-    has = {Sensor.WHEEL_ODOMETRY, Sensor.TRUE_POSE} | ({Sensor.LASER_SCAN} if rig.lidar_2d is not None else set())
-    if missing := [sensor for sensor in card.sensors if sensor not in has]:
-        raise InputError(
-            f"method '{card.name}' needs {', '.join(missing)}, which the robot has not (it has "
-            f"{', '.join(sorted(has - {Sensor.TRUE_POSE}))})"
-        )

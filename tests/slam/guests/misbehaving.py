@@ -188,6 +188,10 @@ class WantsTheTruth(Guest):
     card = MethodCard("cheat", "1", "MIT", Kind.SLAM, (Sensor.LASER_SCAN, Sensor.TRUE_POSE))
 
 
+class Timeless(Guest):
+    card = MethodCard("timeless", "1", "MIT", Kind.SLAM, (Sensor.LASER_SCAN,), latency=float("nan"))
+
+
 class WantsCameras(Guest):
     card = MethodCard("camera", "1", "MIT", Kind.SLAM, (Sensor.STEREO_IMAGES,))
 
