@@ -25,6 +25,8 @@ _TRACKING_SHARE = 0.3  # of the hits must find a surface between keyframes
 _RELATIVE_RESPONSE = 0.7  # of the buffer's response: what any other chain must reach to be believed
 _MOST_CHAINS = 2  # near chains matched per keyframe
 _ODOMETRY_EDGE = np.diag([0.1, 0.1, 0.05])  # m^2, rad^2: the weak link where no match was found
+_STANDING_EDGE = np.diag([1e-6, 1e-6, 1e-6])
+_STILL = (0.002, 0.002)  # metres, radians by odometry: the robot has not moved (a gyro drifts by some 1e-4 in a second)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,7 @@ class Mapper:
         self.loops_closed = 0
         self.gates_passed = 0
         self._odometry: FloatArray | None = None
+        self._start_odometry: FloatArray | None = None
         self._gate_odometry = np.zeros(3)
         self._gate_stamp = 0
         self._unmatched = 0
@@ -71,6 +74,8 @@ class Mapper:
             return Outcome(predicted, Status.LOST if len(self.keyframes) else Status.STARTING, self._widened())
         if not len(self.keyframes):
             return self._first(scan, predicted, odometry, stamp)
+        if self._standing_start(scan, odometry):
+            return Outcome(self.pose.copy(), Status.TRACKING, self._covariance.copy())
         if not self._gate(odometry, stamp):
             tracked = self._track(scan, predicted)
             if tracked is not None:
@@ -105,7 +110,26 @@ class Mapper:
         self.pose = pose
         self._add_keyframe(scan, pose)
         self._pass_gate(odometry, stamp)
+        self._start_odometry = odometry
         return Outcome(pose.copy(), Status.TRACKING, self._covariance.copy())
+
+    def _standing_start(self, scan: ScanPoints, odometry: FloatArray) -> bool:
+        """While the robot has not moved yet, its scans all join the map, at one pose, until they fill the buffer.
+
+        The first keyframes are what all later ones are matched on: the noise of a single first scan would turn the
+        whole map by some hundredths of a degree, another way in each round.
+        """
+        if self._start_odometry is None:
+            return False
+        step = compose(invert(self._start_odometry), odometry)
+        still = np.hypot(step[0], step[1]) < _STILL[0] and abs(step[2]) < _STILL[1]
+        if not still or len(self.keyframes) >= self._settings.scan_buffer_size:
+            self._start_odometry = None
+            return False
+        self.pose = self.keyframes.poses[0].copy()
+        new = self._add_keyframe(scan, self.pose)
+        self.graph.link(0, new, (self.pose, self.pose), _STANDING_EDGE)
+        return True
 
     def _gate(self, odometry: FloatArray, stamp: int) -> bool:
         """Whether the robot has moved or turned far enough since the last gate (OpenKarto's HasMovedEnough)."""
