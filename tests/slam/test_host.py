@@ -266,7 +266,8 @@ def test_a_method_dies_with_its_host(guests, tmp_path):
         f"host = MethodHost('wheel_odometry', {{}}, load_robot('turtlebot2').rig, Path({str(tmp_path / 'log')!r}));"
         "host.start(); print(host._process._process.pid, flush=True); time.sleep(60)"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as parent:
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=environment) as parent:
         child = int(parent.stdout.readline())
         os.kill(child, 0)
         parent.kill()
