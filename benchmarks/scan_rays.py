@@ -16,8 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from common import aws_world, machine_line, pin_to_one_core
+from taskslam.geometry import SE2
 from taskslam.robot import load_robot
 from taskslam.simulation.lidar import LaserScanner
+from taskslam.simulation.motion import Motion
 from taskslam.simulation.raytracing import RayCaster
 from taskslam.world.loading import load_world
 
@@ -42,8 +44,9 @@ def main() -> None:
     for repeat in range(20):
         for place in places:
             pose = place[None, :]
-            origins, directions = scanner.rays(pose)
-            ours.append(seconds(lambda pose=pose: scanner.scan(0, pose)))
+            motion = Motion(0, SE2(*place))
+            origins, directions = scanner.fan.at(pose)
+            ours.append(seconds(lambda motion=motion: scanner.measure(0, motion)))
             raw.append(seconds(lambda o=origins, d=directions: rays.scene.run(o, d, query="DISTANCE")))
         if repeat == 0:
             ours.clear()

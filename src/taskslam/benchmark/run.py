@@ -25,7 +25,7 @@ from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
 from taskslam.scenario import Scenario
-from taskslam.simulation.simulator import Simulator
+from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.host import Limits, MethodHost
 from taskslam.slam.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import load_method
@@ -103,7 +103,7 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
     scenario = stage.scenario
     started, wall = datetime.now(UTC), time.perf_counter()
     observer.stage("building the simulator")
-    simulator = _simulator(stage, request.seed)
+    simulator = _simulator(stage, request)
     navigator = Navigator(stage.plan, stage.robot, _navigation(scenario))
     with RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
@@ -130,9 +130,10 @@ def _navigation(scenario: Scenario) -> NavigationSettings:
     return NavigationSettings(goal=GoalSettings(timeout_base=seconds, timeout_factor=0.0))
 
 
-def _simulator(stage: Stage, seed: int) -> Simulator:
+def _simulator(stage: Stage, request: RunRequest) -> Simulator:
+    sensors = DEFAULT_SENSORS | set(load_method(request.method).card.sensors)
     try:
-        simulator = Simulator(stage.world, stage.robot, seed, stage.scenario.world.lidar_geometry)
+        simulator = Simulator(stage.world, stage.robot, request.seed, stage.scenario.world.lidar_geometry, sensors)
     except TaskSlamError:
         raise
     except Exception as error:

@@ -11,6 +11,7 @@ from taskslam.robot import Robot
 from taskslam.scenario.scenario import Scenario, Waypoint
 from taskslam.world import FloorPlan, World
 from taskslam.world.floor_plan import OCCUPIED
+from taskslam.world.slicing import slab_polygons
 
 
 def check_scenario(scenario: Scenario, plan: FloorPlan, world: World, robot: Robot) -> None:
@@ -20,7 +21,7 @@ def check_scenario(scenario: Scenario, plan: FloorPlan, world: World, robot: Rob
         FloorPlanError: plan and world do not overlap.
         ScenarioError: the start or a goal lies outside the plan, in or too near to a wall, or cannot be reached.
     """
-    _check_overlap(plan, world)
+    _check_overlap(plan, world, robot)
     clearance = clearance_map(plan)
     places = [("the start", scenario.start)]
     places += [(f"goal {index}", goal) for index, goal in enumerate(scenario.sequence.goals)]
@@ -68,15 +69,19 @@ def _check_place(
         )
 
 
-def _check_overlap(plan: FloorPlan, world: World) -> None:
+def _check_overlap(plan: FloorPlan, world: World, robot: Robot) -> None:
+    """Hold the plan's walls against what of the world stands in the robot's way; the ground may reach farther."""
     occupied = np.argwhere(plan.cells == OCCUPIED)
     if len(occupied) == 0:
         raise FloorPlanError("the floor plan has no occupied cell: expected walls")
     points = plan.points_of(occupied)
-    low, high = world.bounds()[:, :2]
+    solid, _ = slab_polygons(world.collision, robot.footprint.ground_clearance, robot.footprint.height)
+    if len(solid) == 0:
+        raise FloorPlanError(f"world {world.name}: nothing solid stands on the floor; expected the plan's walls")
+    low, high = solid.min(axis=0), solid.max(axis=0)
     inside = ((points >= low - 0.5) & (points <= high + 0.5)).all(axis=1).mean()
     if inside < 0.5:
         raise FloorPlanError(
-            f"the floor plan and the world do not overlap: {inside:.0%} of the plan's walls lie inside the world's"
-            f" bounds, x {low[0]:.1f} to {high[0]:.1f} m and y {low[1]:.1f} to {high[1]:.1f} m; expected at least half"
+            f"the floor plan and the world do not overlap: {inside:.0%} of the plan's walls lie inside the"
+            f" world's, x {low[0]:.1f} to {high[0]:.1f} m and y {low[1]:.1f} to {high[1]:.1f} m; expected at least half"
         )

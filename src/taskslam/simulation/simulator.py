@@ -1,41 +1,80 @@
 """`Simulator`: advances integer time, moves the robot, and yields measurements in stamp order.
 
-Reads no wall clock. The same world, robot, seed and commands give the same measurements bit for bit. One physics step
-is one gyro period (10 ms for the TurtleBot 2): motion is an exact arc within it.
+Reads no wall clock. The same world, robot, seed and commands give the same measurements bit for bit. Physics steps are
+5 ms of constant acceleration; a sensor may look at any instant in between, so its rate need not fit the steps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import numpy as np
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Protocol
 
 from taskslam.errors import ScenarioError
-from taskslam.geometry import SE2, FloatArray, wrap_angle
-from taskslam.measurements import NANOSECONDS, LaserScan, WheelOdometry
+from taskslam.geometry import SE2, wrap_angle
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Robot
 from taskslam.simulation.contact import ContactGrid, contact_grid
 from taskslam.simulation.drive import ramp, step_arc
+from taskslam.simulation.imu import InertialSensor
 from taskslam.simulation.lidar import LaserScanner
+from taskslam.simulation.lidar_3d import SpinningLidar
+from taskslam.simulation.motion import Motion
 from taskslam.simulation.raytracing import RayCaster
 from taskslam.simulation.wheel_odometry import WheelOdometer
 from taskslam.world import World
 
+STEP = NANOSECONDS // 200
+DEFAULT_SENSORS = frozenset({Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})
+
+
+class SimulatedSensor(Protocol):
+    """What the simulator asks of a sensor. rate: Hz."""
+
+    sensor: Sensor
+    rate: float
+
+    def reset(self, count: int) -> None:
+        """Fresh noise after the count-th reset."""
+
+    def measure(self, stamp: int, motion: Motion) -> Measurement:
+        """The measurement that is complete at `stamp` (ns)."""
+
+
+@dataclass
+class _Scheduled:
+    """A sensor and the stamp of its next measurement."""
+
+    device: SimulatedSensor
+    since: int
+    taken: int = 0
+
+    @property
+    def due(self) -> int:
+        return self.since + round((self.taken + 1) * NANOSECONDS / self.device.rate)
+
 
 class Simulator:
-    """One robot in one world. `lidar_geometry`: `visual` as Gazebo's GPU ray sensor, `collision` as its CPU one."""
+    """One robot in one world.
 
-    def __init__(self, world: World, robot: Robot, seed: int, lidar_geometry: str = "visual") -> None:
+    lidar_geometry: `visual` as Gazebo's GPU ray sensor, `collision` as its CPU one. sensors: what is measured at all;
+    a sensor that nobody listens to costs nothing.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        robot: Robot,
+        seed: int,
+        lidar_geometry: str = "visual",
+        sensors: Collection[Sensor] = DEFAULT_SENSORS,
+    ) -> None:
         self._robot = robot
         self._contact: ContactGrid = contact_grid(world, robot.footprint)
         self._odometer = WheelOdometer(robot.rig.odometry, seed)
-        self._scanner: LaserScanner | None = None
-        if robot.rig.lidar_2d is not None:
-            mesh = world.visual if lidar_geometry == "visual" else world.collision
-            self._scanner = LaserScanner(robot.rig.lidar_2d, RayCaster(mesh), seed)
-        self._step = round(NANOSECONDS / robot.rig.odometry.gyro_rate)
-        self._odometry_every = _steps(robot.rig.odometry.rate, self._step, "odometry")
-        self._scan_every = _steps(robot.rig.lidar_2d.rate, self._step, "lidar_2d") if robot.rig.lidar_2d else 0
+        self._gyro_every = _whole_steps(robot.rig.odometry.gyro_rate, "odometry.gyro_rate")
+        _whole_steps(robot.rig.odometry.rate, "odometry.rate")
+        self._devices = _devices(world, robot, seed, lidar_geometry, sensors, self._odometer)
         self._resets = -1
         self.now = 0
         self.reset(SE2())
@@ -45,14 +84,15 @@ class Simulator:
         self._resets += 1
         self._x, self._y, self._theta = pose.x, pose.y, pose.theta
         self._linear = self._angular = 0.0
+        self._distance = self._turned = 0.0
         self._command = (0.0, 0.0)
         self._command_until = self.now
         self._bumped = False
-        self._odometer.reset(self._resets)
-        if self._scanner is not None:
-            self._scanner.reset(self._resets)
-        self._history: list[tuple[float, float, float]] = [(pose.x, pose.y, pose.theta)]
-        self._ticks = 0
+        self._motion = Motion(self.now, pose)
+        self._steps = 0
+        for device in self._devices:
+            device.reset(self._resets)
+        self._schedule = [_Scheduled(device, self.now) for device in self._devices]
 
     def drive(self, linear: float, angular: float) -> None:
         """Command body velocities (m/s, rad/s); they lapse after the drive's command timeout."""
@@ -76,18 +116,20 @@ class Simulator:
         """Whether the robot would touch something if it stood at `pose`."""
         return self._contact.touches(pose.x, pose.y)
 
-    def advance(self, until: int) -> Iterator[WheelOdometry | LaserScan]:
-        """Run to simulated time `until` (ns), yielding measurements as they become due, odometry before scans."""
-        while self.now + self._step <= until:
+    def advance(self, until: int) -> Iterator[Measurement]:
+        """Run to simulated time `until` (ns), yielding measurements in stamp order, odometry first among equals."""
+        while self.now + STEP <= until:
             self._move()
-            self._ticks += 1
-            if self._ticks % self._odometry_every == 0:
-                yield self._odometer.read(self.now)
-            if self._scanner is not None and self._ticks % self._scan_every == 0:
-                yield self._scanner.scan(self.now, self._poses_of_scan(self._scanner))
+            while True:
+                nearest = min(self._schedule, key=lambda entry: entry.due)
+                if nearest.due > self.now:
+                    break
+                stamp = nearest.due
+                nearest.taken += 1
+                yield nearest.device.measure(stamp, self._motion)
 
     def _move(self) -> None:
-        limits, dt = self._robot.drive, self._step / NANOSECONDS
+        limits, dt = self._robot.drive, STEP / NANOSECONDS
         linear, angular = self._command if self.now < self._command_until else (0.0, 0.0)
         before = self._linear, self._angular
         self._linear = ramp(self._linear, linear, limits.max_linear_acceleration * dt)
@@ -100,35 +142,49 @@ class Simulator:
             self._bumped = True
             x, y = self._x, self._y
             self._linear, mean = 0.0, (0.0, mean[1])
-        self._odometer.integrate(mean[0] * dt, mean[1] * dt, dt)
         self._x, self._y, self._theta = x, y, theta
-        self.now += self._step
-        self._history.append((x, y, theta))
-        if len(self._history) > max(self._scan_every, 1) + 1:
-            del self._history[0]
-
-    def _poses_of_scan(self, scanner: LaserScanner) -> FloatArray:
-        """(1, 3) the pose now, or for a rolling scan (samples, 3), each ray's pose interpolated in the last period."""
-        if not scanner.time_increment:
-            return np.array([[self._x, self._y, self._theta]])
-        past = np.array(self._history)
-        samples = self._robot.rig.lidar_2d.samples if self._robot.rig.lidar_2d else 0
-        ages = np.arange(samples - 1, -1, -1) * scanner.time_increment
-        steps_ago = np.minimum(ages / self._step, len(past) - 1.0)
-        at = len(past) - 1 - steps_ago
-        return np.stack([np.interp(at, np.arange(len(past)), past[:, k]) for k in range(3)], axis=1)
+        self._distance += mean[0] * dt
+        self._turned += mean[1] * dt
+        self.now += STEP
+        self._motion.push(self.now, x, y, theta, self._linear, self._angular)
+        self._steps += 1
+        if self._steps % self._gyro_every == 0:
+            self._odometer.integrate(self._distance, self._turned, self._gyro_every * dt)
+            self._distance = self._turned = 0.0
 
 
-def _steps(rate: float, step: int, what: str) -> int:
-    """Physics steps per measurement.
+def _devices(
+    world: World,
+    robot: Robot,
+    seed: int,
+    lidar_geometry: str,
+    sensors: Collection[Sensor],
+    odometer: WheelOdometer,
+) -> list[SimulatedSensor]:
+    """The sensors that are wanted and that the rig has, odometry first."""
+    rig = robot.rig
+    devices: list[SimulatedSensor] = [odometer]
+    if rig.imu is not None and Sensor.IMU in sensors:
+        devices.append(InertialSensor(rig.imu, seed))
+    if not {Sensor.LASER_SCAN, Sensor.POINT_CLOUD}.isdisjoint(sensors):
+        rays = RayCaster(world.visual if lidar_geometry == "visual" else world.collision)
+        if rig.lidar_2d is not None and Sensor.LASER_SCAN in sensors:
+            devices.append(LaserScanner(rig.lidar_2d, rays, seed))
+        if rig.lidar_3d is not None and Sensor.POINT_CLOUD in sensors:
+            devices.append(SpinningLidar(rig.lidar_3d, rays, seed))
+    return devices
+
+
+def _whole_steps(rate: float, what: str) -> int:
+    """Physics steps per period.
 
     Raises:
-        ScenarioError: the sensor's period is not a whole number of physics steps.
+        ScenarioError: the period is not a whole number of physics steps.
     """
     period = NANOSECONDS / rate
-    steps = round(period / step)
-    if steps < 1 or abs(steps * step - period) > 1.0:
+    steps = round(period / STEP)
+    if steps < 1 or abs(steps * STEP - period) > 1.0:
         raise ScenarioError(
-            f"robot: {what}.rate {rate:g} Hz: its period must be a whole multiple of the gyro period, {step / 1e6:g} ms"
+            f"robot: {what} is {rate:g} Hz: its period must be a whole multiple of the physics step, {STEP / 1e6:g} ms"
         )
     return steps

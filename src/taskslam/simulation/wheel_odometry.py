@@ -10,18 +10,22 @@ import math
 import numpy as np
 
 from taskslam.geometry import SE2
-from taskslam.measurements import WheelOdometry
+from taskslam.measurements import Sensor, WheelOdometry
 from taskslam.robot import OdometryNoise
 from taskslam.simulation.drive import step_arc
+from taskslam.simulation.motion import Motion
 from taskslam.simulation.streams import stream
 
 
 class WheelOdometer:
     """Integrates one gyro sample and one encoder increment per gyro period, from the true body motion."""
 
+    sensor = Sensor.WHEEL_ODOMETRY
+
     def __init__(self, noise: OdometryNoise, seed: int) -> None:
         self._noise = noise
         self._seed = seed
+        self.rate = noise.rate
         self._bias = noise.gyro_bias * float(stream(seed, "odometry/gyro_bias").standard_normal())
         self.reset(0)
 
@@ -49,7 +53,7 @@ class WheelOdometer:
         self._angular = rate
         self._x, self._y, self._theta = step_arc(self._x, self._y, self._theta, self._linear, rate, dt)
 
-    def read(self, stamp: int) -> WheelOdometry:
+    def measure(self, stamp: int, motion: Motion) -> WheelOdometry:  # noqa: ARG002 it has integrated the motion already
         """The odometry message of this instant."""
         theta = math.atan2(math.sin(self._theta), math.cos(self._theta))
         return WheelOdometry(stamp, SE2(self._x, self._y, theta), self._linear, self._angular)
