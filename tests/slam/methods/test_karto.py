@@ -81,6 +81,11 @@ def test_feeding_before_start_is_refused(drive) -> None:
         Karto().feed(drive.scans[0])
 
 
+def test_loading_before_start_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="call start"):
+        Karto().load_map(tmp_path / "map.npz")
+
+
 def test_every_scan_is_answered_and_odometry_is_not(karto, drive) -> None:
     for measurement in drive.measurements[:300]:
         estimate = karto.feed(measurement)

@@ -119,6 +119,7 @@ class Karto(SlamMethod):
 
     def load_map(self, path: Path) -> None:
         """Continue a saved map with the robot at the map's start pose; the settings stay those of this method."""
+        self._started()
         mapper = Mapper(self._settings)
         read_map(Path(path), mapper)
         self._mapper = mapper
