@@ -46,10 +46,10 @@ class RunRequest:
     limits: Limits = field(default_factory=Limits)
 
 
-def run_directory(out: Path, stage: Stage, request: RunRequest) -> Path:
+def run_directory(out: Path, scenario: str, request: RunRequest) -> Path:
     """Where a run's results stand: OUT/scenario/method/mode/seedN."""
     method = request.method.replace(":", "_").replace("/", "_")
-    return out / stage.scenario.name / method / request.mode / f"seed{request.seed}"
+    return out / scenario / method / request.mode / f"seed{request.seed}"
 
 
 def run(
@@ -65,7 +65,7 @@ def run(
     """
     observer = observer or Observer()
     load_method(request.method)
-    directory = run_directory(out, stage, request)
+    directory = run_directory(out, stage.scenario.name, request)
     if (directory / "run.json").exists() and not overwrite:
         return directory, _kept(stage, request, directory, observer)
     for attempt in range(_RETRIES + 1):

@@ -7,7 +7,7 @@ import sys
 import typer
 
 from taskslam import __version__
-from taskslam.cli import doctor, evaluate, methods, report, run, worlds
+from taskslam.cli import doctor, evaluate, methods, report, run, suite, worlds
 from taskslam.errors import TaskSlamError
 
 app = typer.Typer(
@@ -20,6 +20,7 @@ app = typer.Typer(
 )
 app.command("demo")(run.demo)
 app.command("run")(run.run)
+app.command("suite")(suite.suite)
 app.command("evaluate")(evaluate.evaluate)
 app.command("report")(report.report)
 app.add_typer(worlds.app, name="worlds")

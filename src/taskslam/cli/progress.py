@@ -10,8 +10,15 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 
 from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.suite import Job, Result, Watcher
 from taskslam.measurements import NANOSECONDS
 
+_COLUMNS = (
+    SpinnerColumn(),
+    TextColumn("{task.description}"),
+    BarColumn(bar_width=24),
+    TextColumn("[dim]{task.fields[info]}"),
+)
 _REFRESH = 0.2  # s of wall time between two refreshes
 
 
@@ -101,11 +108,63 @@ def progress(quiet: bool) -> Iterator[Lines]:
     if not console.is_terminal:
         yield Lines(console)
         return
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=24),
-        TextColumn("[dim]{task.fields[info]}"),
-    )
-    with Progress(*columns, console=console, transient=True) as bars:
+    with Progress(*_COLUMNS, console=console, transient=True) as bars:
         yield Bar(console, bars)
+
+
+class SuiteLines(Watcher):
+    """For logs and pipes: a line when a run ends."""
+
+    def __init__(self, console: Console, total: int) -> None:
+        self._console = console
+        self._total = total
+        self._ended = 0
+
+    def ends(self, result: Result) -> None:
+        """Print the result."""
+        self._ended += 1
+        detail = f": {result.detail}" if result.detail else ""
+        line = f"[{self._ended}/{self._total}] {result.job.title}: {result.ending}{detail}"
+        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+class SuiteBars(SuiteLines):
+    """For a terminal: a bar for the whole and one for each run under way."""
+
+    def __init__(self, console: Console, bars: Progress, total: int) -> None:
+        super().__init__(console, total)
+        self._bars = bars
+        self._whole = bars.add_task("all runs", total=total, info="")
+        self._running: dict[Job, TaskID] = {}
+
+    def begins(self, job: Job) -> None:
+        """Add the run's bar."""
+        self._running[job] = self._bars.add_task(f"  {job.title}", total=1.0, info="")
+
+    def goes_on(self, job: Job, progress: dict[str, object]) -> None:
+        """Move the run's bar."""
+        if "done" in progress:
+            minutes = float(str(progress["simulated_s"])) / 60
+            self._bars.update(
+                self._running[job], completed=float(str(progress["done"])), info=f"{minutes:.1f} min simulated"
+            )
+
+    def ends(self, result: Result) -> None:
+        """Remove the run's bar, print the result."""
+        if (task := self._running.pop(result.job, None)) is not None:
+            self._bars.remove_task(task)
+        super().ends(result)
+        self._bars.update(self._whole, completed=self._ended)
+
+
+@contextmanager
+def suite_progress(quiet: bool, total: int) -> Iterator[Watcher]:
+    """The watcher that fits where standard error goes."""
+    console = Console(stderr=True)
+    if quiet:
+        yield Watcher()
+    elif not console.is_terminal:
+        yield SuiteLines(console, total)
+    else:
+        with Progress(*_COLUMNS, console=console, transient=True) as bars:
+            yield SuiteBars(console, bars, total)

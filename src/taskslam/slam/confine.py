@@ -27,15 +27,24 @@ def hide_this_process() -> None:
     _prctl(_PR_SET_DUMPABLE, 0)
 
 
-def confine_this_process(parent: int) -> None:
-    """Child side, before any foreign code runs: die with `parent` (pid), leave no core dump, hold no privilege.
+def die_with_parent(parent: int) -> None:
+    """The kernel kills this process when the thread of `parent` (pid) that started it ends.
 
     Raises:
         ProcessLookupError: the parent is gone already.
     """
     _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
-        raise ProcessLookupError(f"process {parent}, which started this method, is gone")
+        raise ProcessLookupError(f"process {parent}, which started this one, is gone")
+
+
+def confine_this_process(parent: int) -> None:
+    """Child side, before any foreign code runs: die with `parent` (pid), leave no core dump, hold no privilege.
+
+    Raises:
+        ProcessLookupError: the parent is gone already.
+    """
+    die_with_parent(parent)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(_OOM_FIRST_VICTIM, encoding="ascii")

@@ -1,0 +1,84 @@
+"""`taskslam suite`: many runs in one command, resumed where they stopped, ending in one report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from taskslam.benchmark.protocol import Mode
+    from taskslam.benchmark.suite import Result
+
+
+def suite(
+    name: Annotated[str, typer.Argument(help="A shipped suite (paper) or a YAML file.")],
+    worlds: Annotated[str, typer.Option(help="Its worlds: builtin, or aws (clone them first).")] = "builtin",
+    methods: Annotated[str, typer.Option(help="Comma-separated; default: the suite's.")] = "",
+    modes: Annotated[str, typer.Option(help="Comma-separated: without-map, with-map.")] = "without-map,with-map",
+    seeds: Annotated[str, typer.Option(help="Comma-separated.")] = "0",
+    rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the suite's.")] = None,
+    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Runs at a time, one process each.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("suite"),
+    world_path: Annotated[
+        list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Drive scenarios x methods x modes and compare them on one page. Start it again after a stop: it goes on.
+
+    Exit status: 0 everything was driven (a method that fails its task is a result, not an error); 2 wrong input or a
+    run that was refused; 3 infrastructure.
+
+    Examples:
+        taskslam suite paper --jobs 2
+
+        taskslam suite paper --worlds aws --world-path ~/worlds --methods karto,hector --modes without-map --rounds 3
+    """
+    from taskslam.benchmark.suite import Ending, load_suite, plan, run_suite
+    from taskslam.cli.progress import suite_progress
+    from taskslam.evaluation import evaluate_runs, write_metrics
+    from taskslam.report import write_report
+
+    planned = plan(
+        load_suite(name), worlds, _words(methods), [_mode(word) for word in _words(modes)], _numbers(seeds), rounds
+    )
+    with suite_progress(quiet, len(planned)) as watcher:
+        results = run_suite(planned, out, world_path or [], jobs, watcher)
+    _say_what_was_not_driven(results)
+    if any(result.ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT} for result in results):
+        write_metrics(out, evaluate_runs([out]))
+        typer.echo(f"Report: {write_report([out], out / 'report.html')}")
+    endings = {result.ending for result in results}
+    raise typer.Exit(3 if Ending.FAILED in endings else 2 if Ending.REFUSED in endings else 0)
+
+
+def _say_what_was_not_driven(results: list[Result]) -> None:
+    from taskslam.benchmark.suite import Ending
+
+    for result in results:
+        if result.ending in {Ending.UNAVAILABLE, Ending.REFUSED, Ending.FAILED}:
+            typer.echo(f"{result.job.title}: {result.ending}: {result.detail}", err=True)
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def _mode(word: str) -> Mode:
+    from taskslam.benchmark.protocol import Mode
+    from taskslam.errors import InputError
+
+    if word not in list(Mode):
+        raise InputError(f"--modes {word}: expected {' or '.join(Mode)}")
+    return Mode(word)
+
+
+def _numbers(text: str) -> list[int]:
+    from taskslam.errors import InputError
+
+    words = _words(text)
+    if not words or not all(word.isdecimal() for word in words):
+        raise InputError(f"--seeds {text}: expected whole numbers, as in 0,1,2")
+    return [int(word) for word in words]

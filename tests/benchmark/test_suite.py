@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from taskslam.benchmark.protocol import Mode
+from taskslam.benchmark.suite import Ending, Result, Watcher, load_suite, plan, run_suite
+from taskslam.errors import InputError, UnknownMethodError
+
+SCENARIO = """
+name: {name}
+world: {{name: house}}
+start: {{x: 0, y: 0, theta: 0}}
+sequence: {{waypoints: [[1.0, 0.0, 0.0], [{x}, 0.0, 0.0]]}}
+protocol: {{pause: 0.2, still_start: 0.2}}
+"""
+
+
+@pytest.fixture
+def small_suite(tmp_path: Path) -> Path:
+    """Two short tours of the built-in house."""
+    for name, x in (("near", 2.0), ("far", 3.0)):
+        (tmp_path / f"{name}.yaml").write_text(SCENARIO.format(name=name, x=x))
+    worlds = f"[{tmp_path / 'near.yaml'}, {tmp_path / 'far.yaml'}]"
+    file = tmp_path / "suite.yaml"
+    file.write_text(f"name: small\nworlds: {{mine: {worlds}}}\nmethods: [ground_truth, wheel_odometry]\nrounds: 1\n")
+    return file
+
+
+def test_the_paper_suite_names_its_four_places_twice() -> None:
+    suite = load_suite("paper")
+    assert len(suite.worlds["builtin"]) == len(suite.worlds["aws"]) == 4
+    assert suite.rounds == 5
+
+
+def test_unknown_members_are_named_with_a_guess(small_suite: Path) -> None:
+    with pytest.raises(InputError, match=r"'papr'.*Did you mean 'paper'"):
+        load_suite("papr")
+    with pytest.raises(InputError, match=r"no worlds 'mein'.*Did you mean 'mine'"):
+        plan(load_suite(str(small_suite)), "mein")
+    with pytest.raises(UnknownMethodError, match="kartoo"):
+        plan(load_suite(str(small_suite)), "mine", ["kartoo"])
+
+
+def test_every_run_of_a_suite_is_driven_once_and_kept(small_suite: Path, tmp_path: Path) -> None:
+    jobs = plan(load_suite(str(small_suite)), "mine", modes=[Mode.WITHOUT_MAP])
+    assert len(jobs) == 4
+    heard: list[Result] = []
+
+    class Listening(Watcher):
+        def ends(self, result: Result) -> None:
+            heard.append(result)
+
+    first = run_suite(jobs, tmp_path / "out", parallel=2, watcher=Listening())
+    assert [result.ending for result in first] == [Ending.COMPLETE] * 4
+    assert len(heard) == 4
+    stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("run.json")}
+    assert len(stamps) == 4
+    again = run_suite(jobs, tmp_path / "out", parallel=2)
+    assert [result.ending for result in again] == [Ending.KEPT] * 4
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("run.json")} == stamps
+
+
+def test_a_run_that_is_refused_says_why_and_the_others_go_on(small_suite: Path, tmp_path: Path) -> None:
+    (tmp_path / "near.yaml").write_text(SCENARIO.format(name="near", x=60.0))
+    jobs = plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP])
+    refused, complete = run_suite(jobs, tmp_path / "out")
+    assert refused.ending is Ending.REFUSED
+    assert "goal 1 at (60, 0)" in refused.detail
+    assert complete.ending is Ending.COMPLETE
+
+
+def test_a_suite_killed_in_the_middle_goes_on_where_it_stopped(small_suite: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", "from taskslam.cli.main import main; main()", "suite", str(small_suite)]
+    command += ["--worlds", "mine", "--out", str(out), "--methods", "ground_truth", "--rounds", "2"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while not list(out.rglob("run.json")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    finished = {path: path.stat().st_mtime_ns for path in out.rglob("run.json")}
+    assert finished
+    time.sleep(0.5)
+    workers = subprocess.run(["pgrep", "-f", f"worker {process.pid}"], capture_output=True, text=True).stdout.split()
+    assert workers == []
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180)
+    assert done.returncode == 0, done.stderr
+    assert "finished before" in done.stderr
+    assert len(list(out.rglob("run.json"))) == 4
+    assert {path: path.stat().st_mtime_ns for path in finished} == finished
+    assert (out / "report.html").exists()
