@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import io
-import os
-import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from taskslam.errors import DiskFullError, RecordError
+from taskslam.errors import RecordError
 from taskslam.slam.karto.mapper import Mapper
 from taskslam.slam.karto.pose_graph import Edge
 from taskslam.slam.karto.scan_points import ScanPoints
 from taskslam.slam.karto.settings import KartoSettings
+from taskslam.slam.map_archive import Arrays, read_archive, write_archive
 
-FORMAT = "taskslam karto map"
 VERSION = 1
-
-Arrays = dict[str, npt.NDArray[Any]]
+_NAMES = {"settings", "poses", "sizes", "points", "normals", "sensors"}
+_NAMES |= {"edge_ends", "edge_strong", "edge_poses", "edge_covariances"}
 
 
 def write_map(path: Path, mapper: Mapper, settings: KartoSettings) -> None:
@@ -31,31 +26,23 @@ def write_map(path: Path, mapper: Mapper, settings: KartoSettings) -> None:
     """
     frames, edges = mapper.keyframes, mapper.graph.edges
     scans = [frames.scan(k) for k in range(len(frames))]
-    buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer,
-        format=np.array(FORMAT),
-        version=np.array(VERSION),
-        settings=np.array(settings.model_dump_json()),
-        poses=frames.poses,
-        sizes=np.array([len(scan) for scan in scans], np.int64),
-        points=np.concatenate([scan.points for scan in scans]) if scans else np.zeros((0, 2), np.float32),
-        normals=np.concatenate([scan.normals for scan in scans]) if scans else np.zeros((0, 2), np.float32),
-        sensors=np.array([scan.sensor for scan in scans]).reshape(-1, 2),
-        edge_ends=np.array([(e.source, e.target) for e in edges], np.int64).reshape(-1, 2),
-        edge_strong=np.array([e.strong for e in edges], np.bool_),
-        edge_poses=np.array([e.T_source_target for e in edges]).reshape(-1, 3),
-        edge_covariances=np.array([e.covariance for e in edges]).reshape(-1, 3, 3),
+    write_archive(
+        path,
+        "karto",
+        VERSION,
+        {
+            "settings": np.array(settings.model_dump_json()),
+            "poses": frames.poses,
+            "sizes": np.array([len(scan) for scan in scans], np.int64),
+            "points": np.concatenate([scan.points for scan in scans]) if scans else np.zeros((0, 2), np.float32),
+            "normals": np.concatenate([scan.normals for scan in scans]) if scans else np.zeros((0, 2), np.float32),
+            "sensors": np.array([scan.sensor for scan in scans]).reshape(-1, 2),
+            "edge_ends": np.array([(e.source, e.target) for e in edges], np.int64).reshape(-1, 2),
+            "edge_strong": np.array([e.strong for e in edges], np.bool_),
+            "edge_poses": np.array([e.T_source_target for e in edges]).reshape(-1, 3),
+            "edge_covariances": np.array([e.covariance for e in edges]).reshape(-1, 3, 3),
+        },
     )
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("wb") as file:
-            file.write(buffer.getvalue())
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError as error:
-        raise DiskFullError(f"{path}: cannot write the karto map: {error.strerror}") from error
 
 
 def read_map(path: Path, mapper: Mapper) -> None:
@@ -64,7 +51,7 @@ def read_map(path: Path, mapper: Mapper) -> None:
     Raises:
         RecordError: the file is absent, truncated, of another kind or version, or contradicts itself; says which.
     """
-    arrays = _load(path)
+    arrays = read_archive(path, "karto", VERSION, _NAMES)
     _check(path, arrays)
     ends = np.cumsum(arrays["sizes"])[:-1]
     points, normals = np.split(arrays["points"], ends), np.split(arrays["normals"], ends)
@@ -84,24 +71,7 @@ def read_map(path: Path, mapper: Mapper) -> None:
     mapper.place(np.zeros(3))
 
 
-def _load(path: Path) -> Arrays:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except OSError as error:
-        raise RecordError(f"{path}: cannot read the karto map: {error.strerror or error}") from error
-    except (ValueError, zipfile.BadZipFile, EOFError, KeyError, TypeError, AttributeError) as error:
-        raise RecordError(f"{path}: not a karto map or cut short: {error}") from error
-
-
 def _check(path: Path, arrays: Arrays) -> None:
-    expected = {"format", "version", "settings", "poses", "sizes", "points", "normals", "sensors"}
-    expected |= {"edge_ends", "edge_strong", "edge_poses", "edge_covariances"}
-    missing = sorted(expected - set(arrays))
-    if missing or str(arrays["format"]) != FORMAT:
-        raise RecordError(f"{path}: not a karto map (missing: {', '.join(missing) or 'its mark'})")
-    if arrays["version"].shape != () or str(arrays["version"]) != str(VERSION):
-        raise RecordError(f"{path}: karto map of version {arrays['version']}, and this program reads version {VERSION}")
     count, edges = len(arrays["poses"]), len(arrays["edge_ends"])
     if arrays["sizes"].dtype.kind != "i" or arrays["edge_ends"].dtype.kind != "i" or (arrays["sizes"] < 0).any():
         raise RecordError(f"{path}: karto map contradicts itself: sizes and edge_ends must be whole numbers from 0")
@@ -120,8 +90,6 @@ def _check(path: Path, arrays: Arrays) -> None:
     for name, shape in shapes.items():
         if arrays[name].shape != shape:
             raise RecordError(f"{path}: karto map contradicts itself: {name} is {arrays[name].shape}, expected {shape}")
-        if arrays[name].dtype.kind == "f" and not np.isfinite(arrays[name]).all():
-            raise RecordError(f"{path}: karto map holds values in {name} that are not finite")
     if count == 0:
         raise RecordError(f"{path}: karto map without keyframes: nothing was mapped before it was saved")
     if edges and not 0 <= arrays["edge_ends"].min() <= arrays["edge_ends"].max() < count:

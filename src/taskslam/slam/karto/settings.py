@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from taskslam.errors import InputError, did_you_mean
+from taskslam.slam.option_settings import read_options
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -69,13 +69,4 @@ class KartoSettings(BaseModel):
         Raises:
             InputError: an unknown option (with the nearest known name) or a value out of range.
         """
-        known = list(KartoSettings.model_fields)
-        for name in options:
-            if name not in known:
-                raise InputError(f"karto has no option '{name}'.{did_you_mean(name, known)} Known: {', '.join(known)}")
-        try:
-            return KartoSettings.model_validate(options)
-        except ValidationError as error:
-            first = error.errors()[0]
-            name = ".".join(str(part) for part in first["loc"])
-            raise InputError(f"karto option {name}: {first['msg']} (got {first['input']!r})") from error
+        return read_options(KartoSettings, "karto", options)

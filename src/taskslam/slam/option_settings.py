@@ -1,0 +1,30 @@
+"""A method's keyword options, read into its settings model with errors that name the method and the option."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from taskslam.errors import InputError, did_you_mean
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_options(model: type[Model], method: str, options: Mapping[str, object]) -> Model:
+    """Settings of a method from its options; what is not given keeps its default.
+
+    Raises:
+        InputError: an unknown option (with the nearest known name) or a value out of range.
+    """
+    known = list(model.model_fields)
+    for name in options:
+        if name not in known:
+            raise InputError(f"{method} has no option '{name}'.{did_you_mean(name, known)} Known: {', '.join(known)}")
+    try:
+        return model.model_validate(dict(options))
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = ".".join(str(part) for part in first["loc"]) or "values"
+        raise InputError(f"{method} option {name}: {first['msg']} (got {first['input']!r})") from error
