@@ -1,7 +1,8 @@
-"""The method's own process: `python -m taskslam.slam.child REQUEST_FD REPLY_FD PARENT_PID`, started by `host.py`.
+"""The method's own process: `python -m taskslam.slam.child REQUEST_FD REPLY_FD PARENT_PID [IMAGES_FD SLOT_SIZE]`.
 
-It reads messages (`wire.py`) from one pipe, feeds them to the method and answers on another. Standard output and error
-belong to the method and end in its log. Nothing else is inherited: no journal, no simulator, no true pose.
+Started by `host.py`. It reads messages (`wire.py`) from one pipe, images from shared memory (`shared_images.py`), feeds
+them to the method and answers on another pipe. A method with threads of its own is paced (`pacing.py`). Standard output
+and error belong to the method and end in its log. Nothing else is inherited: no journal, no simulator, no true pose.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from taskslam.slam.confine import confine_this_process
 from taskslam.slam.guest import SINGLE_THREADED
 from taskslam.slam.landlock import close_folder
 from taskslam.slam.latency import FRAME_SENSORS
+from taskslam.slam.pacing import Pacer
+from taskslam.slam.shared_images import ImageWindow
 
 _CHUNK = 1 << 20
 _ERRORS = {UnknownMethodError: "unknown", MethodUnavailableError: "unavailable", InputError: "input"}
@@ -69,8 +72,10 @@ def close_results(folder: Path, options: Mapping[str, object]) -> None:
 
 
 class _Child:
-    def __init__(self, request: int, reply: int) -> None:
+    def __init__(self, request: int, reply: int, images: ImageWindow | None) -> None:
         self._request, self._reply = request, reply
+        self._images = images
+        self._pacer: Pacer | None = None
         self._reader = wire.MessageReader()
         self._out: list[bytes] = []
         self._acknowledge = 0
@@ -80,7 +85,7 @@ class _Child:
 
     def run(self) -> None:
         """Serve until told to stop, or until the host closes the pipe."""
-        while chunk := os.read(self._request, _CHUNK):
+        while chunk := self._receive():
             for header, arrays in self._reader.messages(chunk):
                 try:
                     if "feed" in header:
@@ -98,21 +103,36 @@ class _Child:
                     return
             self._flush()
 
+    def _receive(self) -> bytes:
+        if self._pacer is not None:
+            self._pacer.rest(self._request)
+        return os.read(self._request, _CHUNK)
+
     def _feed(self, header: wire.Header, arrays: wire.Arrays) -> None:
         assert self._method is not None
+        if "shared" in header and self._images is not None:
+            arrays.update(self._images.arrays(header["shared"]))
         number, measurement = wire.unpack_measurement(header, arrays)
+        arrays.clear()
         is_frame = measurement.sensor in FRAME_SENSORS
         if is_frame:
             self._flush()  # what came before is not held up by a long frame
+            if self._pacer is not None:
+                self._pacer.take_frame(measurement.stamp)
         began = time.process_time_ns()
         estimate = self._method.feed(measurement)
         compute = time.process_time_ns() - began
+        del measurement  # unless the method keeps it, its image slot is free now
         if estimate is None and not is_frame:
             self._acknowledge = number
             self._compute += compute
             return
         self._say_acknowledged()
         reply: wire.Header = {"say": "done", "number": number, "compute": compute}
+        if self._pacer is not None and is_frame:
+            reply["took"] = self._pacer.used()
+        if self._images is not None and (released := self._images.released()):
+            reply["released"] = released
         answer: wire.Arrays = {}
         if estimate is not None:
             reply["estimate"], answer = describe(estimate)
@@ -130,6 +150,7 @@ class _Child:
                 if found.card.asynchronous:
                     for variable in SINGLE_THREADED:
                         os.environ.pop(variable, None)
+                    self._pacer = Pacer(header["cpu_scale"])
                 self._method = self._guarded(lambda: construct(found, self._name, header["options"]))
                 self._answer(card=dataclasses.asdict(self._method.card))
             case "start":
@@ -207,15 +228,19 @@ def _array(value: object, shape: tuple[int, int], name: str) -> np.ndarray[Any, 
 
 
 def main(arguments: list[str]) -> None:
-    """Serve one method. Arguments: descriptors of the request and reply pipes, and the host's process id."""
-    request, reply, parent = (int(argument) for argument in arguments)
-    for descriptor in (request, reply):
+    """Serve one method.
+
+    Arguments: descriptors of the request and reply pipes, the host's process id, and, if images are shared, the
+    descriptor of their memory and the bytes of one slot.
+    """
+    request, reply, parent, *shared = (int(argument) for argument in arguments)
+    for descriptor in (request, reply, *shared[:1]):
         os.set_inheritable(descriptor, False)
     confine_this_process(parent)
     faulthandler.enable()
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]
-    _Child(request, reply).run()
+    _Child(request, reply, ImageWindow(*shared) if shared else None).run()
 
 
 if __name__ == "__main__":

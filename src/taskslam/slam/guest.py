@@ -20,14 +20,17 @@ from pathlib import Path
 
 from taskslam.errors import DiskFullError, HostFailedError
 from taskslam.slam.confine import hide_this_process
+from taskslam.slam.shared_images import ImageSlots
 
 _PIPE_SIZE = 1 << 20
 _WATCH_PERIOD_S = 0.02
 _AFTER_CAP_PAUSE_S = 0.02
+_ANSWER_PERIOD_S = 0.1
+_THAW_PERIOD_S = 0.005
 
 # Only these variables reach a method: where programs, packages, caches and locales are.
 _ENVIRONMENT = ("PATH", "HOME", "LANG", "LANGUAGE", "TZ", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHASHSEED")
-_ENVIRONMENT_PREFIXES = ("LC_", "NUMBA_", "XDG_CACHE", "TASKSLAM_METHOD_")
+_ENVIRONMENT_PREFIXES = ("LC_", "NUMBA_", "XDG_CACHE", "TASKSLAM_METHOD_", "PYORBSLAM3_")
 # One thread for numeric libraries, so that sums repeat; a method that declares threads of its own gets them back.
 SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -51,25 +54,31 @@ class Limits:
 class GuestProcess:
     """A child running `taskslam.slam.child` in a session and scratch folder of its own.
 
-    local: the method lies in the user's working folder, which is then on the child's import path.
+    local: the method lies in the user's working folder, which is then on the child's import path. images: the memory
+    through which images travel; closed with the guest. freezes_itself: the child stops itself between frames
+    (`pacing.py`) and must be woken when there is something to read.
 
     Raises:
         HostFailedError: the process cannot be started.
         DiskFullError: its log cannot be written.
     """
 
-    def __init__(self, log: Path, limits: Limits, local: bool) -> None:
+    def __init__(self, log: Path, limits: Limits, local: bool, images: ImageSlots | None = None) -> None:
         self._limits = limits
+        self._images = images
+        self.freezes_itself = False
         self.peak_memory = 0
         self.over_memory = False
         self.log_error: OSError | None = None
         try:
             self._log = log.open("ab")
         except OSError as error:
+            self._close_images()
             raise DiskFullError(f"{log}: cannot write the method's log: {error.strerror}") from error
         try:
             self._folder = tempfile.TemporaryDirectory(prefix="taskslam-method-", ignore_cleanup_errors=True)
         except OSError as error:
+            self._close_images()
             raise HostFailedError(f"cannot make a scratch folder for the method: {error}") from error
         self.scratch = Path(self._folder.name)
         self._request, self._reply, self._output = -1, -1, -1
@@ -90,6 +99,11 @@ class GuestProcess:
             os.set_blocking(descriptor, False)
             with contextlib.suppress(OSError):  # a user's pipe budget may be used up: smaller pipes work too
                 fcntl.fcntl(descriptor, fcntl.F_SETPIPE_SZ, _PIPE_SIZE)
+        inherited = [child_request, child_reply]
+        shared = []
+        if self._images is not None:
+            inherited.append(self._images.fileno)
+            shared = [str(self._images.fileno), str(self._images.slot_size)]
         try:
             self._process = subprocess.Popen(  # noqa: S603
                 [
@@ -100,13 +114,14 @@ class GuestProcess:
                     str(child_request),
                     str(child_reply),
                     str(os.getpid()),
+                    *shared,
                 ],
                 stdin=subprocess.DEVNULL,
                 stdout=child_output,
                 stderr=subprocess.STDOUT,
                 cwd=self.scratch,
                 env={**environment, "TMPDIR": str(self.scratch)},
-                pass_fds=(child_request, child_reply),
+                pass_fds=inherited,
                 start_new_session=True,
             )
         finally:
@@ -121,13 +136,16 @@ class GuestProcess:
 
     def write(self, data: bytearray) -> None:
         """Write what the pipe takes and remove it from `data`. A dead child is not an error here but in `exchange`."""
-        while data:
-            try:
+        if not data:
+            return
+        try:
+            while data:
                 del data[: os.write(self._request, data)]
-            except BlockingIOError:
-                return
-            except BrokenPipeError:
-                data.clear()
+        except BlockingIOError:
+            pass
+        except BrokenPipeError:
+            data.clear()
+        self._thaw()
 
     def exchange(self, data: bytearray, timeout_s: float) -> bytes | None:
         """Write `data` and wait for a reply: its bytes, empty once the child is dead, None after `timeout_s`."""
@@ -145,7 +163,13 @@ class GuestProcess:
             poller.register(self._reply, select.POLLIN)
             if data:
                 poller.register(self._request, select.POLLOUT)
-            poller.poll(min(remaining, 0.1) * 1000)
+            # It may have frozen just after the data came: what is waited for must not sleep.
+            self._thaw()
+            poller.poll(min(remaining, _THAW_PERIOD_S if self.freezes_itself else _ANSWER_PERIOD_S) * 1000)
+
+    def _thaw(self) -> None:
+        if self.freezes_itself:
+            self._process.send_signal(signal.SIGCONT)
 
     def ending(self) -> str:
         """How the child ended, in words: killed by which signal, or exited with which code. Ends it if needed."""
@@ -164,9 +188,11 @@ class GuestProcess:
         """Wait `grace_s` for the child to end by itself, then kill it and all that it started. Idempotent."""
         if self.ended:
             return
-        if grace_s > 0:
+        deadline = time.monotonic() + grace_s
+        while self._process.poll() is None and (remaining := deadline - time.monotonic()) > 0:
+            self._thaw()
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(timeout=grace_s)
+                self._process.wait(min(remaining, _ANSWER_PERIOD_S))
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
@@ -178,9 +204,15 @@ class GuestProcess:
             if getattr(self, name) >= 0:
                 os.close(getattr(self, name))
                 setattr(self, name, -1)
+        self._close_images()
         with contextlib.suppress(OSError):
             self._log.close()
         self._folder.cleanup()
+
+    def _close_images(self) -> None:
+        if self._images is not None:
+            self._images.close()
+            self._images = None
 
     def _watch(self) -> None:
         """Thread: keep the log up to its bound, throttle what exceeds it, watch the memory."""

@@ -39,6 +39,7 @@ from taskslam.slam.contract import check_needs, read_card, read_estimate, what_i
 from taskslam.slam.failure import MethodFailedError
 from taskslam.slam.guest import GuestProcess, Limits
 from taskslam.slam.latency import NEVER, HandOver, LatencyModel, Schedule
+from taskslam.slam.shared_images import ImageSlots
 
 _MAX_UNSENT = 64 << 20
 _INPUT_ERRORS = {"unknown": UnknownMethodError, "unavailable": MethodUnavailableError, "input": InputError}
@@ -74,6 +75,7 @@ class MethodHost:
         except TypeError as error:
             raise InputError(f"method '{method}': option value {error}; expected text, numbers or lists") from error
         self._guest: GuestProcess | None = None
+        self._images: ImageSlots | None = None
         self._card: MethodCard | None = None
         self._failure: MethodFailedError | None = None
         self._reader = wire.MessageReader(wire.MAX_REPLY)
@@ -120,7 +122,8 @@ class MethodHost:
         """
         if self._guest is not None:
             raise HostFailedError(f"method '{self._name}' was started already")
-        self._guest = GuestProcess(self._log, self._limits, local=":" in self._name)
+        self._images = _image_slots(self._rig)
+        self._guest = GuestProcess(self._log, self._limits, ":" in self._name, self._images)
         try:
             timeout = self._limits.start_timeout_s
             answer = self._ask(
@@ -130,8 +133,10 @@ class MethodHost:
                 method=self._name,
                 options=self._options,
                 results=str(self._log.parent.resolve()),
+                cpu_scale=self._latency.cpu_scale,
             )
             card = read_card(self._name, answer)
+            self._guest.freezes_itself = card.asynchronous
             check_needs(card, self._rig)
             self._schedule = Schedule(card.sensors, card.queue, self._latency.before(card.latency))
             self._ask("start", timeout, do="start", rig=self._rig.model_dump_json())
@@ -246,8 +251,9 @@ class MethodHost:
                 return
 
     def _send(self, handed: list[HandOver]) -> None:
+        share = self._images.put if self._images is not None else None
         for hand_over in handed:
-            self._unsent += wire.pack_measurement(hand_over.number, hand_over.measurement)
+            self._unsent += wire.pack_measurement(hand_over.number, hand_over.measurement, share)
             self._outstanding.append(hand_over)
             if hand_over.due != NEVER:
                 self._awaited.append(hand_over)
@@ -300,6 +306,8 @@ class MethodHost:
         number, compute = header.get("number"), header.get("compute")
         if not isinstance(number, int) or not isinstance(compute, int):
             raise wire.WireError("an acknowledgement without a number")
+        if self._images is not None:
+            self._images.release(header.get("released", ()))
         self.compute_s += compute / NANOSECONDS
         while self._outstanding and self._outstanding[0].number < number:
             self._finish(0)
@@ -315,12 +323,15 @@ class MethodHost:
         if estimate is not None:
             self._last_stamp = estimate.stamp
             self._undelivered.append(estimate)
-        self._finish(compute)
+        took = header.get("took", compute)
+        if not isinstance(took, int):
+            raise wire.WireError("an acknowledgement without the time that it took")
+        self._finish(took)
 
-    def _finish(self, compute: int) -> None:
+    def _finish(self, took: int) -> None:
         """Take the oldest outstanding measurement as done; what the method said of it is delivered when it is due."""
         done = self._outstanding.popleft()
-        due = self._schedule.settle(done, self._latency.after(compute)) if done.due is None else done.due
+        due = self._schedule.settle(done, self._latency.after(took)) if done.due is None else done.due
         if due != NEVER:
             self._awaited.popleft()
             self._ready.extend((due, estimate) for estimate in self._undelivered)
@@ -351,6 +362,14 @@ class MethodHost:
         self._failure = MethodFailedError(outcome, f"{self._name} {detail}")
         self._process.end(grace_s=0)
         raise self._failure
+
+
+def _image_slots(rig: SensorRig) -> ImageSlots | None:
+    """Shared memory for the rig's images, or None where there are no images or no such memory: the pipe works too."""
+    try:
+        return None if rig.stereo is None else ImageSlots(rig.stereo)
+    except OSError:
+        return None
 
 
 def _words(hand_over: HandOver) -> str:

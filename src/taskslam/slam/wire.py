@@ -14,7 +14,7 @@ import json
 import math
 import struct
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -165,8 +165,12 @@ def _layout(kind: type) -> _Layout:
 _LAYOUTS = {sensor: _layout(kind) for sensor, kind in MEASUREMENT_TYPES.items()}
 
 
-def pack_measurement(number: int, measurement: Measurement) -> bytes:
+def pack_measurement(
+    number: int, measurement: Measurement, share: Callable[[Arrays], Mapping[str, object] | None] | None = None
+) -> bytes:
     """One measurement as message number `number` of the run.
+
+    share: takes the arrays another way if it can, and returns what the message must then say of them (`shared`).
 
     Raises:
         WireError: a field has not the type that its dataclass declares.
@@ -184,7 +188,9 @@ def pack_measurement(number: int, measurement: Measurement) -> bytes:
         if array.dtype != dtype:
             raise WireError(f"{type(measurement).__name__}.{name} has dtype {array.dtype}; expected {dtype}")
         arrays[name] = array
-    return pack({"feed": measurement.sensor.value, "number": number, "values": values}, arrays)
+    header: Header = {"feed": measurement.sensor.value, "number": number, "values": values}
+    shared = share(arrays) if share is not None and arrays else None
+    return pack(header, arrays) if shared is None else pack({**header, "shared": shared})
 
 
 def unpack_measurement(header: Header, arrays: Arrays) -> tuple[int, Measurement]:
