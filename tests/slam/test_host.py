@@ -154,7 +154,6 @@ def test_a_method_that_does_not_stop_is_killed(host_of):
         ("TakesOptions", {"resolutoin": 1}, InputError, "Did you mean 'resolution'?"),
         ("TakesOptions", {"resolution": -1}, InputError, "resolution must be positive"),
         ("WantsTheTruth", {}, InputError, "only methods of kind reference"),
-        ("WantsCameras", {}, InputError, "needs stereo_images, which the robot has not"),
         ("Timeless", {}, InputError, "latency nan s"),
         ("NotAMethod", {}, InputError, "not a subclass"),
         ("Unfinished", {}, InputError, "card"),
@@ -167,6 +166,12 @@ def test_what_cannot_start_says_why(host_of, guest, options, error, words):
     with pytest.raises(error) as caught:
         host.start()
     assert words in str(caught.value)
+
+
+def test_a_method_needs_the_sensors_that_it_asks_for(guests, rig, tmp_path):
+    blind = rig.model_copy(update={"stereo": None})
+    with pytest.raises(InputError, match="needs stereo_images, which the robot has not"):
+        MethodHost("misbehaving:WantsCameras", {}, blind, tmp_path / "log").start()
 
 
 def test_options_must_be_plain_values(rig, tmp_path):

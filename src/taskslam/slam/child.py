@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError, did_you_mean
+from taskslam.measurements import Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam import registry, wire
 from taskslam.slam.base import PoseEstimate, SlamMethod, Status
@@ -147,6 +148,9 @@ class _Child:
                 self._name = header["method"]
                 close_results(Path(header["results"]), header["options"])
                 found = registry.load_method(self._name)
+                if self._images is not None and Sensor.STEREO_IMAGES not in found.card.sensors:
+                    self._images.close()
+                    self._images = None
                 if found.card.asynchronous:
                     for variable in SINGLE_THREADED:
                         os.environ.pop(variable, None)

@@ -91,8 +91,8 @@ class ImageWindow:
     """The child's end, on the inherited descriptor, which is closed."""
 
     def __init__(self, fileno: int, slot_size: int) -> None:
-        size = os.fstat(fileno).st_size
-        self._memory = memoryview(mmap.mmap(fileno, size))
+        self._mapping = mmap.mmap(fileno, os.fstat(fileno).st_size)
+        self._memory = memoryview(self._mapping)
         self._slot_size = slot_size
         self._released: list[int] = []
         os.close(fileno)
@@ -120,6 +120,11 @@ class ImageWindow:
             arrays[name] = pixels[at : at + size].reshape(shape)
             at += _aligned(size)
         return arrays
+
+    def close(self) -> None:
+        """Let go of the memory, for a method that gets no images."""
+        self._memory.release()
+        self._mapping.close()
 
     def released(self) -> list[int]:
         """Slots that nothing refers to any more, each told once."""
