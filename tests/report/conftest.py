@@ -22,8 +22,20 @@ def floor_plan(yaw=0.0):
 
 
 def write_run(
-    directory, method="karto", mode="without-map", rounds=3, failed=False, truth=True, plan=True, title="Test house"
+    directory,
+    method="karto",
+    mode="without-map",
+    rounds=3,
+    failed=False,
+    truth=True,
+    plan=True,
+    title="Test house",
+    scenario="synthetic",
+    spread=0.01,
+    card=(),
+    **manifest,
 ):
+    """A synthetic run. spread: of the arrivals, metres; card, manifest: what they hold beside the usual."""
     rng = np.random.default_rng(5)
     with RunWriter(directory) as run:
         if plan:
@@ -43,14 +55,14 @@ def write_run(
                     outcome = Outcome.NO_PLAN
                     run.event(GoalFailed(t, number, goal, target, outcome, "<b>no plan</b> & so", at, at, at))
                     break
-                stop = target @ SE2(-0.1 + 0.01 * rng.normal(), 0.01 * rng.normal(), 0.02 * rng.normal())
+                stop = target @ SE2(-0.1 + spread * rng.normal(), spread * rng.normal(), 0.02 * rng.normal())
                 belief = stop @ SE2(0.01, 0.0, 0.0)
                 run.event(Arrival(t, number, goal, target, stop if truth else None, belief, None))
             run.event(RoundEnded(t, number, outcome, frames=200, dropped_frames=4))
         run.event(RunEnded(t, complete=not failed))
         run.finish(
             {
-                "scenario_name": "synthetic",
+                "scenario_name": scenario,
                 "scenario": {
                     "title": title,
                     "robot": "turtlebot2",
@@ -62,7 +74,13 @@ def write_run(
                 },
                 "scenario_hash": "ab" * 32,
                 "method": method,
-                "method_card": {"name": method, "version": "9.9", "sensors": ["laser_scan"], "summary": "A test."},
+                "method_card": {
+                    "name": method,
+                    "version": "9.9",
+                    "sensors": ["laser_scan"],
+                    "summary": "A test.",
+                    **dict(card),
+                },
                 "mode": mode,
                 "seed": 0,
                 "rounds": rounds,
@@ -73,6 +91,7 @@ def write_run(
                 "wall_s": 2.0,
                 "simulated_s": t / SECOND,
                 "complete": not failed,
+                **manifest,
             }
         )
     return directory

@@ -5,10 +5,13 @@ import pytest
 
 from taskslam.evaluation.curves import cumulative_precision
 from taskslam.report.curve_figure import Curve, _steps, _tick, curve_figure, enlarged_limit
+from taskslam.report.markers import Style
+
+BLACK = Style("#000", 0)
 
 
 def test_the_drawn_steps_are_the_cumulative_curve():
-    curve = Curve((0.01, 0.03, 0.03, 0.5), planned=5, colour="#000", dashed=False)
+    curve = Curve((0.01, 0.03, 0.03, 0.5), planned=5, style=BLACK, dashed=False)
     steps = _steps(curve, 1.2)
     assert (np.diff(steps[:, 0]) >= 0).all()
     for x, share in zip(*[axis.tolist() for axis in steps.T], strict=True):
@@ -17,12 +20,12 @@ def test_the_drawn_steps_are_the_cumulative_curve():
 
 
 def test_values_beyond_the_axis_are_left_off():
-    steps = _steps(Curve((0.01, 5.0), planned=2, colour="#000", dashed=False), 0.15)
+    steps = _steps(Curve((0.01, 5.0), planned=2, style=BLACK, dashed=False), 0.15)
     assert steps[-1].tolist() == [0.15, 0.5]
 
 
 def test_both_axes_are_labelled():
-    text = str(curve_figure([Curve((0.01,), 1, "#000", True)], 1.2, 0.3))
+    text = str(curve_figure([Curve((0.01,), 1, BLACK, True)], 1.2, 0.3))
     assert [label for label in ("0 D", "4 D", ">120<", "100 %") if label not in text] == []
     assert re.search(r"stroke-dasharray", text)
 
@@ -35,6 +38,6 @@ def test_ticks_divide_the_axis_evenly():
 
 
 def test_the_enlarged_axis_holds_every_curve_if_one_can():
-    assert enlarged_limit([Curve((0.01, 0.032), 2, "#000", False)], 0.3) == pytest.approx(0.06)
-    assert enlarged_limit([Curve((0.01, 0.9), 2, "#000", False)], 0.3) == pytest.approx(0.15)
+    assert enlarged_limit([Curve((0.01, 0.032), 2, BLACK, False)], 0.3) == pytest.approx(0.06)
+    assert enlarged_limit([Curve((0.01, 0.9), 2, BLACK, False)], 0.3) == pytest.approx(0.15)
     assert enlarged_limit([], 0.3) == pytest.approx(0.015)

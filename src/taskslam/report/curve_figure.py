@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from taskslam.geometry import FloatArray
 from taskslam.report import palette
+from taskslam.report.markers import Style, draw_marker
 from taskslam.report.svg import Svg
 
 _LEFT, _TOP, _RIGHT, _BOTTOM = 46.0, 34.0, 20.0, 44.0
@@ -17,16 +18,17 @@ _WIDTH, _HEIGHT = 520.0, 340.0
 
 @dataclass(frozen=True)
 class Curve:
-    """One run's line. precisions: E in metres of its complete waypoints; planned: all its waypoints."""
+    """One line. precisions: E in metres of the complete waypoints; planned: all waypoints; marked: with a marker."""
 
     precisions: tuple[float, ...]
     planned: int
-    colour: str
+    style: Style
     dashed: bool
+    marked: bool = False
 
 
-def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float) -> Markup:
-    """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above."""
+def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float | None) -> Markup:
+    """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above if there is one D."""
     plot_w, plot_h = _WIDTH - _LEFT - _RIGHT, _HEIGHT - _TOP - _BOTTOM
     svg = Svg(_WIDTH, _HEIGHT, f"Cumulative precision of {len(curves)} runs up to {limit_m * 100:.0f} cm")
 
@@ -41,7 +43,12 @@ def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float) -> Mark
         steps = _steps(curve, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
-        svg.polyline(points, stroke=curve.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
+        svg.polyline(points, stroke=curve.style.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
+        rises = np.flatnonzero(steps[:, 1] > 0)
+        if curve.marked and len(rises):
+            # Half way up its own rise, where the lines lie furthest apart.
+            x, y = points[int(np.argmax(steps[:, 1] >= steps[-1, 1] / 2))]
+            draw_marker(svg, curve.style, float(x), float(y), 5.0)
     return svg.markup()
 
 
@@ -72,7 +79,9 @@ def _steps(curve: Curve, limit: float) -> FloatArray:
     return np.column_stack([[*xs, limit], [*ys, share]])
 
 
-def _draw_axes(svg: Svg, limit: float, diameter: float, left: float, right: float, bottom: float, top: float) -> None:
+def _draw_axes(
+    svg: Svg, limit: float, diameter: float | None, left: float, right: float, bottom: float, top: float
+) -> None:
     tick = _tick(limit)
     with svg.group(font_size=12, fill=palette.MUTED):
         for percent in (0, 25, 50, 75, 100):
@@ -83,9 +92,14 @@ def _draw_axes(svg: Svg, limit: float, diameter: float, left: float, right: floa
             x = left + (right - left) * index * tick / limit
             svg.line(x, bottom, x, bottom + 5, stroke=palette.MUTED, stroke_width=1)
             svg.text(x, bottom + 19, f"{index * tick * 100:g}", text_anchor="middle")
-        step = diameter if limit >= 2 * diameter else limit / 5
-        for index in range(int(limit / step + 1e-9) + 1):
-            x = left + (right - left) * index * step / limit
-            svg.line(x, top, x, top - 5, stroke=palette.MUTED, stroke_width=1)
-            svg.text(x, top - 10, f"{index * step / diameter:g} D", text_anchor="middle")
+        if diameter is not None:
+            _draw_diameters(svg, limit, diameter, left, right, top)
         svg.text((left + right) / 2, bottom + 38, "position precision E below, cm", text_anchor="middle")
+
+
+def _draw_diameters(svg: Svg, limit: float, diameter: float, left: float, right: float, top: float) -> None:
+    step = diameter if limit >= 2 * diameter else limit / 5
+    for index in range(int(limit / step + 1e-9) + 1):
+        x = left + (right - left) * index * step / limit
+        svg.line(x, top, x, top - 5, stroke=palette.MUTED, stroke_width=1)
+        svg.text(x, top - 10, f"{index * step / diameter:g} D", text_anchor="middle")

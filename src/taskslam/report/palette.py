@@ -1,4 +1,7 @@
-"""Colours that stay apart for colour-blind eyes: Okabe and Ito, "Color Universal Design" (2008)."""
+"""Colours that stay apart for colour-blind eyes: Okabe and Ito, "Color Universal Design" (2008).
+
+Beyond seven, from Paul Tol's "muted" scheme; a method's marker then tells what its colour alone may not.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,19 @@ FAILURE = VERMILION
 INK = "#1c2430"
 MUTED = "#667085"
 HAIRLINE = "#d9dde3"
-WALL = (64, 72, 86, 255)
-FREE = (255, 255, 255, 255)
-UNKNOWN = (0, 0, 0, 0)
+WALL = (64, 72, 86)
+FREE = (255, 255, 255)
 
-METHODS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+WINE = "#882255"
+OLIVE = "#8A8B23"
+INDIGO = "#332288"
+TEAL = "#44AA99"
+GREY = "#858B95"
+
+METHODS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, WINE, OLIVE, INDIGO, TEAL, GREY)
 
 
 def method_colours(methods: list[str]) -> dict[str, str]:
-    """One colour for each method name, in the order of first appearance; beyond seven they repeat."""
+    """One colour for each method name, in the order of first appearance; beyond twelve they repeat."""
     names = list(dict.fromkeys(methods))
     return {name: METHODS[index % len(METHODS)] for index, name in enumerate(names)}

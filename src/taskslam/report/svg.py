@@ -13,9 +13,11 @@ from taskslam.geometry import FloatArray
 class Svg:
     """An SVG drawing in its own units, y downwards. `label` is what a screen reader says."""
 
-    def __init__(self, width: float, height: float, label: str) -> None:
+    def __init__(self, width: float, height: float, label: str, kind: str = "drawing", stretched: bool = False) -> None:
+        """Begin a drawing. kind: its class in the page; stretched: it fills its box without keeping its proportions."""
+        stretch = 'preserveAspectRatio="none" ' if stretched else ""
         self._head = (
-            f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" style="--width: {number(width)}px" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="{kind}" style="--width: {number(width)}px" {stretch}'
             f'viewBox="0 0 {number(width)} {number(height)}" '
             f'role="img" aria-label="{escape(label)}">'
         )
@@ -34,6 +36,11 @@ class Svg:
         """Append an open line through (N, 2) points."""
         joined = " ".join(f"{number(x)},{number(y)}" for x, y in points.tolist())
         self.add("polyline", points=joined, fill="none", **attributes)
+
+    def polygon(self, points: FloatArray, **attributes: object) -> None:
+        """Append a closed shape through (N, 2) points."""
+        joined = " ".join(f"{number(x)},{number(y)}" for x, y in points.tolist())
+        self.add("polygon", points=joined, **attributes)
 
     def circle(self, x: float, y: float, radius: float, **attributes: object) -> None:
         """Append a circle."""

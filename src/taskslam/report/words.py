@@ -57,6 +57,11 @@ def with_unit(text: str, unit: str) -> str:
     return text if text == DASH else f"{text} {unit}"
 
 
+def percent(share: float) -> str:
+    """A share as a whole percentage; 100 only for all of it, 0 only for nothing."""
+    return f"{share:.0%}"[:-1] if share in (0.0, 1.0) else str(min(max(round(100 * share), 1), 99))
+
+
 def plain(value: float | None, digits: int) -> str:
     """A number with so many decimals."""
     return DASH if value is None else f"{value:.{digits}f}"

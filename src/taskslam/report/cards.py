@@ -1,0 +1,69 @@
+"""What a method's card says, in a reader's words. A card that lacks a field says nothing about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from taskslam.report.words import DASH
+
+_SENSORS = {
+    "laser_scan": "2D LiDAR",
+    "point_cloud": "3D LiDAR",
+    "stereo_images": "stereo camera",
+    "imu": "IMU",
+    "wheel_odometry": "wheel odometry",
+    "true_pose": "true pose",
+}
+_KINDS = {"slam": "SLAM", "odometry": "odometry", "localization": "localisation", "reference": "reference"}
+_MAPS = {"continue": "keeps mapping", "frozen": "frozen map", "none": "no map"}
+
+
+def sensor_suite(card: Mapping[str, Any]) -> str:
+    """The sensors that a method listens to."""
+    sensors = card.get("sensors") or ()
+    return " + ".join(_SENSORS.get(str(name), str(name)) for name in sensors) or DASH
+
+
+def kind(card: Mapping[str, Any]) -> str:
+    """SLAM, odometry, localisation, or a reference."""
+    return _KINDS.get(str(card.get("kind")), str(card.get("kind") or DASH))
+
+
+def map_mode(card: Mapping[str, Any]) -> str:
+    """What the method does with its map in rounds with map (protocol 7.3 #13)."""
+    return _MAPS.get(str(card.get("map_mode")), str(card.get("map_mode") or DASH))
+
+
+def yes_or_no(card: Mapping[str, Any], field: str) -> str:
+    """A flag of the card."""
+    value = card.get(field)
+    return DASH if value is None else "yes" if value else "no"
+
+
+def known_limits(card: Mapping[str, Any]) -> list[str]:
+    """What a reader must know before comparing this method with another."""
+    limits = []
+    if card.get("kind") == "odometry":
+        limits.append("odometry only")
+    if card.get("kind") == "reference":
+        limits.append("reference: is told the truth")
+    if card.get("kind") == "localization":
+        limits.append("localises in a given map")
+    if card.get("map_mode") == "none" and card.get("kind") != "reference":
+        limits.append("no map reuse")
+    if card.get("map_mode") == "frozen":
+        limits.append("map frozen after the priming round")
+    if card.get("deterministic") is False:
+        limits.append("not deterministic")
+    if card.get("odometry_prior"):
+        limits.append("uses wheel odometry as prior")
+    if card.get("needs_still_start"):
+        limits.append(f"stands still {card['needs_still_start']:g} s first")
+    if _is_gpl(str(card.get("licence", ""))):
+        limits.append("GPL")
+    return [*limits, *(str(limit) for limit in card.get("limits") or ())]
+
+
+def _is_gpl(licence: str) -> bool:
+    return "GPL" in licence.upper() and "LGPL" not in licence.upper()

@@ -1,0 +1,51 @@
+"""A logarithmic axis of lengths with round ticks: errors of good and bad methods lie two powers of ten apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from taskslam.geometry import FloatArray
+
+FLOOR = 1e-4  # m; smaller errors are drawn here
+_ROUND = (1.0, 2.0, 5.0)
+_MOST_TICKS = 8
+
+
+@dataclass(frozen=True)
+class LogAxis:
+    """From low to high, both in metres."""
+
+    low: float
+    high: float
+
+    def share(self, metres: float) -> float:
+        """Where a length lies on the axis, 0 at its low end and 1 at its high end; held inside."""
+        inside = min(max(metres, self.low), self.high)
+        return math.log(inside / self.low) / math.log(self.high / self.low)
+
+    def ticks(self, unit: float) -> list[float]:
+        """Round multiples of `unit` metres on the axis, as numbers of units: 1, 2, 5, 10, ... or 1, 10, 100."""
+        low, high = self.low / unit, self.high / unit
+        found = [value for value in _round_numbers(low, high) if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
+        if len(found) <= _MOST_TICKS:
+            return found
+        return [value for value in found if abs(math.log10(value) - round(math.log10(value))) < 1e-9]
+
+
+def log_axis(lengths: Iterable[float] | FloatArray) -> LogAxis:
+    """The axis between round centimetres that holds all lengths in metres and spans at least a power of ten."""
+    held = [max(float(length), FLOOR) for length in lengths]
+    if not held:
+        return LogAxis(0.01, 0.1)
+    candidates = _round_numbers(min(held) * 100 / 20, max(held) * 100 * 20)
+    low = max(value for value in candidates if value <= min(held) * 100 * (1 + 1e-9))
+    high = min(value for value in candidates if value >= max(max(held) * 100 * 1.02, low * 10) * (1 - 1e-9))
+    return LogAxis(low / 100, high / 100)
+
+
+def _round_numbers(low: float, high: float) -> list[float]:
+    """1, 2 and 5 times powers of ten that surely cover low to high."""
+    powers = range(math.floor(math.log10(low)) - 1, math.ceil(math.log10(high)) + 2)
+    return [float(f"{digit:g}e{power}") for power in powers for digit in _ROUND]

@@ -1,0 +1,73 @@
+"""Half violins of E: a Gaussian kernel density, cut at the data, with mean and quartiles (protocol 5.6).
+
+Drawn on a logarithmic axis, so the density is that of log E. Without map above the line, with map below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from markupsafe import Markup
+
+from taskslam.geometry import FloatArray
+from taskslam.report import palette
+from taskslam.report.log_axis import FLOOR, LogAxis
+from taskslam.report.svg import Svg
+
+_WIDTH, _HALF = 1000.0, 30.0
+_LEAST = 3  # values; fewer have no shape worth drawing
+_POINTS = 60
+_STEADY = {"vector_effect": "non-scaling-stroke"}  # the strip is stretched, its lines are not
+
+
+def kernel_density(values: npt.ArrayLike, at: npt.ArrayLike) -> FloatArray:
+    """(G,) Gaussian kernel density of (N,) values at (G,) places, with Scott's bandwidth, s N^(-1/5) in one dimension.
+
+    Scott, "Multivariate Density Estimation" (1992). Raises ValueError for fewer than two values or all alike.
+    """
+    sample = np.asarray(values, dtype=np.float64)
+    if len(sample) < 2 or np.ptp(sample) == 0:
+        raise ValueError("a density needs values that differ; expected at least two")
+    bandwidth = sample.std(ddof=1) * len(sample) ** (-1 / 5)
+    z = (np.asarray(at, dtype=np.float64)[:, None] - sample[None, :]) / bandwidth
+    return np.asarray(np.exp(-0.5 * z**2).sum(axis=1) / (len(sample) * bandwidth * np.sqrt(2 * np.pi)))
+
+
+def violin_strip(without: Sequence[float], with_map: Sequence[float], axis: LogAxis, colour: str, name: str) -> Markup:
+    """Draw both halves of one method over an axis in metres; it may be stretched to any width."""
+    svg = Svg(_WIDTH, 2 * _HALF, f"Spread of E over the waypoints of {name}", kind="strip", stretched=True)
+    for tick in axis.ticks(0.01):
+        x = axis.share(tick / 100) * _WIDTH
+        svg.line(x, 0, x, 2 * _HALF, stroke=palette.HAIRLINE, **_STEADY)
+    svg.line(0, _HALF, _WIDTH, _HALF, stroke=palette.HAIRLINE, **_STEADY)
+    _draw_half(svg, without, axis, colour, up=True)
+    _draw_half(svg, with_map, axis, colour, up=False)
+    return svg.markup()
+
+
+def _draw_half(svg: Svg, values: Sequence[float], axis: LogAxis, colour: str, up: bool) -> None:
+    if not values:
+        return
+    tip = 1.0 if up else 2 * _HALF - 1.0
+    logs = np.log(np.maximum(np.asarray(values, dtype=np.float64), FLOOR))
+    if len(logs) >= _LEAST and np.ptp(logs) > 1e-9:
+        at = np.linspace(logs.min(), logs.max(), _POINTS)
+        density = kernel_density(logs, at)
+        x = np.array([axis.share(value) for value in np.exp(at)]) * _WIDTH
+        y = _HALF + (tip - _HALF) * density / density.max()
+        outline = np.column_stack([[x[0], *x, x[-1]], [_HALF, *y, _HALF]])
+        dash = {"stroke_dasharray": "4 3"} if up else {}
+        svg.polygon(outline, fill=colour, fill_opacity=0.2 if up else 0.45, stroke=colour, stroke_width=1.4,
+                    **dash, **_STEADY)  # fmt: skip
+    else:
+        for value in values:
+            x_at = axis.share(value) * _WIDTH
+            svg.line(x_at, _HALF, x_at, tip, stroke=colour, stroke_width=2, **_STEADY)
+    low, middle, high = np.quantile(values, (0.25, 0.5, 0.75)).tolist()
+    mean = float(np.mean(values))
+    for value, width, pattern in ((low, 1.2, "2 2"), (middle, 1.6, "6 3"), (high, 1.2, "2 2"), (mean, 2.4, "")):
+        x_at = axis.share(value) * _WIDTH
+        dash = {"stroke_dasharray": pattern} if pattern else {}
+        svg.line(x_at, _HALF, x_at, tip, stroke=palette.INK, stroke_width=width, **dash, **_STEADY)
