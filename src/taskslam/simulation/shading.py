@@ -31,7 +31,7 @@ def srgb_of_linear(values: Columns) -> Columns:
     return np.where(v <= 0.0031308, v * 12.92, 1.055 * v ** np.float32(1 / 2.4) - 0.055).astype(np.float32)
 
 
-_LINEAR = linear_of_srgb(np.arange(256) / 255.0).astype(np.float32)
+LINEAR_OF_BYTE = linear_of_srgb(np.arange(256) / 255.0).astype(np.float32)
 _SRGB = (srgb_of_linear(np.linspace(0.0, 1.0, 4096, dtype=np.float32)) * 255.0 + 0.5).astype(np.uint8)
 
 
@@ -104,7 +104,7 @@ class Shader:
         light += _HEADLIGHT * np.abs(np.einsum("nd,nd->n", normal, points.view))[:, None]
         light *= openness[:, None]
         for source in self._world.lights:
-            light += _lambert(source, points.position, normal)
+            light += lambert(source, points.position, normal)
         albedo = self._albedo(points)[:, :3]
         glow = np.array([m.emissive for m in self._world.materials], np.float32).reshape(-1, 3)
         material = self._world.visual.material[points.triangle]
@@ -162,7 +162,7 @@ def _pyramid(texture: Texels) -> list[Texels]:
         rows, columns = above.shape[0] // 2, above.shape[1] // 2
         quads = [above[i : rows * 2 : 2, j : columns * 2 : 2] for i in (0, 1) for j in (0, 1)]
         level = np.empty((rows, columns, above.shape[2]), np.uint8)
-        mean = sum(_LINEAR[quad[..., :3]] for quad in quads) / np.float32(4.0)
+        mean = sum(LINEAR_OF_BYTE[quad[..., :3]] for quad in quads) / np.float32(4.0)
         level[..., :3] = _SRGB[(mean * (len(_SRGB) - 1) + 0.5).astype(np.int32)]
         level[..., 3:] = sum(quad[..., 3:].astype(np.uint16) for quad in quads) // 4
         levels.append(level)
@@ -185,13 +185,13 @@ def _bilinear(level: Texels, uv: Columns) -> Columns:
 def _texels(level: Texels, row: npt.NDArray[np.int64], column: npt.NDArray[np.int64]) -> Columns:
     values = level[row, column]
     out = np.ones((len(values), 4), np.float32)
-    out[:, :3] = _LINEAR[values[:, :3]]
+    out[:, :3] = LINEAR_OF_BYTE[values[:, :3]]
     if values.shape[1] == 4:
         out[:, 3] = values[:, 3] / np.float32(255.0)
     return out
 
 
-def _lambert(light: Light, position: Columns, normal: Columns) -> Columns:
+def lambert(light: Light, position: Columns, normal: Columns) -> Columns:
     """(N, 3) light that falls on each point: cosine law, SDF's attenuation, no shadows."""
     direction = (light.pose[:3, :3] @ np.asarray(light.direction)).astype(np.float32)
     direction /= max(float(np.linalg.norm(direction)), 1e-12)

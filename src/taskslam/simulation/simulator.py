@@ -14,6 +14,7 @@ from taskslam.errors import ScenarioError
 from taskslam.geometry import SE2, wrap_angle
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Robot
+from taskslam.simulation.camera import StereoCameraSensor
 from taskslam.simulation.contact import ContactGrid, contact_grid
 from taskslam.simulation.drive import ramp, step_arc
 from taskslam.simulation.imu import InertialSensor
@@ -172,6 +173,8 @@ def _devices(
             devices.append(LaserScanner(rig.lidar_2d, rays, seed))
         if rig.lidar_3d is not None and Sensor.POINT_CLOUD in sensors:
             devices.append(SpinningLidar(rig.lidar_3d, rays, seed))
+    if rig.stereo is not None and Sensor.STEREO_IMAGES in sensors:
+        devices.append(StereoCameraSensor(rig.stereo, world, seed))
     return devices
 
 
