@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.options import parse_options
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -106,28 +108,6 @@ def check(
     console.print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped")
     if failed:
         raise typer.Exit(1)
-
-
-def parse_options(pairs: list[str]) -> dict[str, object]:
-    """Method options from `key=value` pairs; values are read as YAML scalars, so 0.5 is a number and true a boolean.
-
-    Raises:
-        InputError: no `=`, or a value that is not YAML.
-    """
-    import yaml
-
-    from taskslam.errors import InputError
-
-    options: dict[str, object] = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        if not key or not equals:
-            raise InputError(f"--option {pair}: expected KEY=VALUE")
-        try:
-            options[key] = yaml.safe_load(value)
-        except yaml.YAMLError as error:
-            raise InputError(f"--option {pair}: the value is not valid YAML") from error
-    return options
 
 
 def _card_rows(card: MethodCard) -> list[tuple[str, str]]:

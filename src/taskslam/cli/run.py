@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from taskslam.cli.options import parse_options
+
 if TYPE_CHECKING:
     from taskslam.benchmark.protocol import Mode
 
@@ -66,7 +68,7 @@ def run(
     overrides = list(set_ or [])
     if rounds is not None:
         overrides.append(f"protocol.rounds={rounds}")
-    options = _options(option or [])
+    options = parse_options(option or [])
     requests = [
         RunRequest(name, chosen, seed, options, LatencyModel(LatencyMode(latency.value), cpu_scale))
         for name in method
@@ -103,23 +105,6 @@ def _modes(choice: ModeChoice) -> list[Mode]:
     from taskslam.benchmark.protocol import Mode
 
     return list(Mode) if choice is ModeChoice.BOTH else [Mode(choice.value)]
-
-
-def _options(pairs: list[str]) -> dict[str, Any]:
-    import yaml
-
-    from taskslam.errors import InputError
-
-    options: dict[str, Any] = {}
-    for pair in pairs:
-        key, equals, value = pair.partition("=")
-        if not equals or not key:
-            raise InputError(f"--option {pair}: expected key=value")
-        try:
-            options[key] = yaml.safe_load(value)
-        except yaml.YAMLError as error:
-            raise InputError(f"--option {pair}: '{value}' is not a YAML value") from error
-    return options
 
 
 def _drive(
