@@ -36,7 +36,14 @@ def test_the_first_entry_of_a_path_is_the_start_and_not_a_goal(write) -> None:  
 
 @pytest.mark.parametrize(
     ("name", "goals"),
-    [("aws_small_house", 12), ("aws_small_warehouse", 16), ("aws_hospital", 19), ("tsrb", 17), ("house", 12)],
+    [
+        ("aws_small_house", 12),
+        ("aws_small_warehouse", 16),
+        ("aws_hospital", 19),
+        ("tsrb", 17),
+        ("house", 12),
+        ("warehouse", 16),
+    ],
 )
 def test_shipped_scenarios_have_the_waypoint_counts_of_the_paper(name: str, goals: int) -> None:
     assert name in shipped_scenarios()

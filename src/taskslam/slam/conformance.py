@@ -33,7 +33,7 @@ import numpy as np
 
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError
 from taskslam.geometry import SE2
-from taskslam.measurements import NANOSECONDS
+from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import PoseEstimate, Status
 from taskslam.slam.conformance_drive import ConformanceDrive
@@ -152,7 +152,8 @@ class _Suite:
 
     def _needs_declared(self) -> str:
         card = self._started().card
-        self._drive = ConformanceDrive(self._rig, still=max(2.0, card.needs_still_start))
+        still = max(2.0, card.needs_still_start)
+        self._drive = ConformanceDrive(self._rig, still, sensors={*card.sensors, Sensor.WHEEL_ODOMETRY})
         return f"{card.name} {card.version} ({card.kind}) asks for {', '.join(card.sensors)}"
 
     def _poses(self) -> str:
@@ -247,10 +248,13 @@ class _Suite:
     def _alive(self) -> MethodHost:
         if self._host is None:
             raise _SkippedError("the method failed before")
+        if Sensor.STEREO_IMAGES in self._host.card.sensors:
+            raise _SkippedError("it needs stereo images, and this drive renders none")
         return self._host
 
     def _first_drive(self) -> list[PoseEstimate]:
         if self._first is None:
+            self._alive()
             raise _SkippedError("the first drive failed")
         return self._first
 

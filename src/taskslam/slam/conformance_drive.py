@@ -1,46 +1,53 @@
 """The drive on which `taskslam methods check` tries a method: laps in a furnished room, made from a formula.
 
-It depends on numpy alone, not on the simulator, so that a method's author can read in one page what is fed. The room
-is 8 m x 6 m with an island in the middle and a few boxes along the walls; the robot circles the island on an ellipse
-at 0.3 m/s after standing still for a while. Everything follows from the rig and a seed.
+It depends on numpy alone, not on the simulator, so that a method's author can read in one page what is fed. The robot
+circles the island of the room (`conformance_room.py`) on an ellipse at 0.3 m/s after standing still for a while.
+Everything follows from the rig and a seed. There are no images: the drive renders nothing.
 """
 
 from __future__ import annotations
 
+import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from taskslam.geometry import SE2, FloatArray, compose, invert, wrap_angle
-from taskslam.measurements import NANOSECONDS, LaserScan, Measurement, TruePose, WheelOdometry
-from taskslam.robot import Lidar2D, SensorRig
+from taskslam.geometry import SE2, FloatArray, compose, invert, wrap, wrap_angle
+from taskslam.measurements import (
+    NANOSECONDS,
+    ImuSamples,
+    LaserScan,
+    Measurement,
+    PointCloud,
+    Sensor,
+    TruePose,
+    WheelOdometry,
+)
+from taskslam.robot import Imu, Lidar2D, Lidar3D, SensorRig
+from taskslam.slam.conformance_room import planar_distances, spatial_distances
 
 _SPEED = 0.3
 _HALF_AXES = (2.6, 1.8)
-# Rectangles x0, y0, x1, y1 in metres: the walls, the island, and boxes that make every corner look different.
-_ROOM = (
-    (-4.0, -3.0, 4.0, 3.0),
-    (-1.2, -0.5, 1.0, 0.5),
-    (-4.0, 1.8, -2.9, 3.0),
-    (3.2, -3.0, 4.0, -1.6),
-    (1.5, 2.5, 2.7, 3.0),
-    (-3.2, -3.0, -2.4, -2.6),
-    (3.6, 0.4, 4.0, 1.5),
-)
+_INSTANT_S = 0.005  # half the time over which the turning rate is taken
+_GRAVITY = 9.8  # m/s^2, as in the simulator
+_DEFAULT_SENSORS = frozenset({Sensor.TRUE_POSE, Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})
 
 
 class ConformanceDrive:
     """Deterministic measurements of a robot with this rig; iterate with `measurements`.
 
-    still: seconds of standstill at the start. Poses are `T_start_base`, the first pose being the identity.
+    still: seconds of standstill at the start. sensors: what is measured at all, as far as the rig has it. Poses are
+    `T_start_base`, the first pose being the identity.
     """
 
-    def __init__(self, rig: SensorRig, still: float = 2.0, seed: int = 0) -> None:
+    def __init__(
+        self, rig: SensorRig, still: float = 2.0, seed: int = 0, sensors: Collection[Sensor] = _DEFAULT_SENSORS
+    ) -> None:
         self._rig = rig
         self._still = still
         self._seed = seed
-        self._segments = _segments()
+        self._sensors = frozenset(sensors)
         phi = np.linspace(0.0, 2.0 * math.pi, 7201)
         a, b = _HALF_AXES
         speed = np.hypot(a * np.cos(phi), b * np.sin(phi))
@@ -60,18 +67,18 @@ class ConformanceDrive:
     def measurements(self, begin: int, end: int, scans: bool = True) -> Iterator[Measurement]:
         """What the sensors say with begin <= stamp < end (ns), in stamp order, the same for every way to cut it.
 
-        At equal stamps true pose and odometry come before the scan. scans: False leaves the LiDAR out.
+        At equal stamps true pose and odometry come first, then the IMU, then the LiDARs. scans: False leaves the LiDARs
+        out.
         """
-        odometry_period = round(NANOSECONDS / self._rig.odometry.rate)
-        lidar = self._rig.lidar_2d if scans else None
-        scan_period = round(NANOSECONDS / lidar.rate) if lidar else 1
-        odometry = self._odometry(odometry_period)
-        for stamp in _ticks(begin, end, odometry_period, scan_period if lidar else None):
-            if stamp % odometry_period == 0:
-                yield TruePose(stamp, self.pose(stamp))
-                yield next(m for m in odometry if m.stamp == stamp)
-            if lidar and stamp % scan_period == 0:
-                yield self._scan(stamp, lidar)
+        rig, sensors = self._rig, self._sensors
+        streams = [self._odometry_with_truth(begin, end)]
+        if rig.imu and Sensor.IMU in sensors:
+            streams.append(self._inertial(stamp, rig.imu) for stamp in _ticks(begin, end, rig.imu.rate))
+        if rig.lidar_2d and scans and Sensor.LASER_SCAN in sensors:
+            streams.append(self._scan(stamp, rig.lidar_2d) for stamp in _ticks(begin, end, rig.lidar_2d.rate))
+        if rig.lidar_3d and scans and Sensor.POINT_CLOUD in sensors:
+            streams.append(self._cloud(stamp, rig.lidar_3d) for stamp in _ticks(begin, end, rig.lidar_3d.rate))
+        yield from heapq.merge(*streams, key=lambda measurement: measurement.stamp)  # stable: earlier streams first
 
     def _in_room(self, seconds: FloatArray) -> FloatArray:
         """(N, 3) poses in the room's frame: rest, one second of acceleration, then laps along the ellipse."""
@@ -82,6 +89,12 @@ class ConformanceDrive:
         a, b = _HALF_AXES
         heading = np.arctan2(b * np.sin(phi), a * np.cos(phi))
         return np.stack([a * np.sin(phi), -b * np.cos(phi), heading], axis=-1)
+
+    def _odometry_with_truth(self, begin: int, end: int) -> Iterator[Measurement]:
+        odometry = self._odometry(round(NANOSECONDS / self._rig.odometry.rate))
+        for stamp in _ticks(begin, end, self._rig.odometry.rate):
+            yield TruePose(stamp, self.pose(stamp))
+            yield next(m for m in odometry if m.stamp == stamp)
 
     def _odometry(self, period: int) -> Iterator[WheelOdometry]:
         """Gyro-integrated odometry from the start of time, noise per period as the rig says."""
@@ -109,7 +122,7 @@ class ConformanceDrive:
         seconds = (stamp - turn * np.arange(lidar.samples - 1, -1, -1)) / NANOSECONDS
         x, y, _ = lidar.mount.xyz
         laser = compose(self._in_room(seconds), np.array([x, y, lidar.mount.rpy[2]]))
-        ranges = _cast(laser, lidar.angles(), self._segments)
+        ranges = planar_distances(laser, lidar.angles())
         random = np.random.Generator(np.random.PCG64([self._seed, 1, stamp]))
         ranges += lidar.noise * random.standard_normal(len(ranges))
         ranges[(ranges < lidar.range_min) | (ranges > lidar.range_max)] = np.inf
@@ -123,36 +136,61 @@ class ConformanceDrive:
             turn,
         )
 
+    def _cloud(self, stamp: int, lidar: Lidar3D) -> PointCloud:
+        """One turn, ring by ring from the lowest, within a ring by azimuth from -pi."""
+        azimuths = -np.pi + 2.0 * np.pi / lidar.samples * np.arange(lidar.samples)
+        elevations = np.linspace(lidar.elevation_min, lidar.elevation_max, lidar.rings)
+        elevation, azimuth = (grid.ravel() for grid in np.meshgrid(elevations, azimuths, indexing="ij"))
+        directions = np.stack(
+            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1
+        )
+        ages = np.arange(lidar.samples - 1, -1, -1) * (NANOSECONDS / lidar.rate / lidar.samples) * lidar.rolling
+        sweep = np.tile(-np.round(ages).astype(np.int32), lidar.rings)
+        base = self._in_room((stamp + sweep.astype(np.int64)) / NANOSECONDS)
+        T = lidar.mount.matrix()
+        origins = _turned(base[:, 2], np.broadcast_to(T[:3, 3], directions.shape))
+        origins[:, :2] += base[:, :2]
+        ranges = spatial_distances(origins, _turned(base[:, 2], directions @ T[:3, :3].T))
+        seen = (ranges >= lidar.range_min) & (ranges <= lidar.range_max)
+        random = np.random.Generator(np.random.PCG64([self._seed, 2, stamp]))
+        ranges += lidar.noise * random.standard_normal(len(ranges))
+        ring = np.repeat(np.arange(lidar.rings, dtype=np.uint16), lidar.samples)
+        points = (directions[seen] * ranges[seen, None]).astype(np.float32)
+        return PointCloud(stamp, points, ring[seen], sweep[seen])
 
-def _ticks(begin: int, end: int, period: int, other: int | None) -> list[int]:
-    ticks = set(range(-(-begin // period) * period, end, period))
-    if other is not None:
-        ticks |= set(range(-(-begin // other) * other, end, other))
-    return sorted(ticks)
+    def _inertial(self, stamp: int, imu: Imu) -> ImuSamples:
+        """The mean over the period that ends at `stamp`, with the biases of the seed and noise of the stamp."""
+        bias = np.random.Generator(np.random.PCG64([self._seed, 3])).standard_normal(6)
+        noise = np.random.Generator(np.random.PCG64([self._seed, 3, stamp])).standard_normal(6)
+        ends = stamp / NANOSECONDS + np.array([-1.0 / imu.rate, 0.0])
+        poses, velocities = self._in_room(ends), self._velocity(ends, np.array(imu.mount.xyz))
+        turn = wrap_angle(poses[1, 2] - poses[0, 2]) * imu.rate
+        middle = poses[0, 2] + 0.5 * turn / imu.rate
+        force = _turned(np.array([-middle]), (velocities[1:] - velocities[:1]) * imu.rate)[0]
+        force[2] += _GRAVITY
+        R_imu_base = imu.mount.matrix()[:3, :3].T
+        gyro = R_imu_base @ np.array([0.0, 0.0, turn]) + imu.gyro_bias * bias[:3] + imu.gyro_noise * noise[:3]
+        accel = R_imu_base @ force + imu.accel_bias * bias[3:] + imu.accel_noise * noise[3:]
+        return ImuSamples(stamp, np.array([stamp], np.int64), gyro[None], accel[None])
+
+    def _velocity(self, seconds: FloatArray, lever: FloatArray) -> FloatArray:
+        """(N, 3) velocity in the room of a point at `lever` in the base."""
+        heading = self._in_room(seconds)[:, 2]
+        aside = self._in_room(seconds + _INSTANT_S)[:, 2] - self._in_room(seconds - _INSTANT_S)[:, 2]
+        rate = wrap(aside) / (2 * _INSTANT_S)
+        speed = _SPEED * np.clip(seconds - self._still, 0.0, 1.0)
+        in_base = np.stack([speed - rate * lever[1], rate * lever[0], np.zeros_like(rate)], axis=-1)
+        return _turned(heading, in_base)
 
 
-def _segments() -> FloatArray:
-    """(S, 4) wall pieces as start x, y and direction x, y."""
-    pieces = []
-    for x0, y0, x1, y1 in _ROOM:
-        corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-        for (xa, ya), (xb, yb) in zip(corners, corners[1:] + corners[:1], strict=True):
-            pieces.append((xa, ya, xb - xa, yb - ya))
-    return np.array(pieces)
+def _ticks(begin: int, end: int, rate: float) -> range:
+    """Whole periods (ns) in begin <= stamp < end."""
+    period = round(NANOSECONDS / rate)
+    return range(-(-begin // period) * period, end, period)
 
 
-def _cast(laser: FloatArray, angles: FloatArray, segments: FloatArray) -> FloatArray:
-    """(N,) distances of N rays, each from its own (x, y, theta), to the nearest segment.
-
-    Ray o + t d meets segment p + u e where t = (p - o) x e / (d x e) and u = (p - o) x d / (d x e), 0 <= u <= 1.
-    """
-    heading = laser[:, 2] + angles
-    dx, dy = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    px, py = segments[:, 0] - laser[:, :1], segments[:, 1] - laser[:, 1:2]
-    ex, ey = segments[:, 2], segments[:, 3]
-    cross = dx * ey - dy * ex
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = (px * ey - py * ex) / cross
-        u = (px * dy - py * dx) / cross
-    distance: FloatArray = np.where((t > 0) & (u >= 0) & (u <= 1), t, np.inf).min(axis=1)
-    return distance
+def _turned(heading: FloatArray, vectors: FloatArray) -> FloatArray:
+    """(N, 3) vectors, each turned about z by its (N,) heading."""
+    c, s = np.cos(heading), np.sin(heading)
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)

@@ -80,7 +80,13 @@ def check_needs(card: MethodCard, rig: SensorRig) -> None:
         raise InputError(f"method '{card.name}' uses an odometry prior but has no wheel_odometry among its sensors")
     if not card.sensors:
         raise InputError(f"method '{card.name}' asks for no sensor")
-    has = {Sensor.WHEEL_ODOMETRY, Sensor.TRUE_POSE} | ({Sensor.LASER_SCAN} if rig.lidar_2d is not None else set())
+    fitted = {
+        Sensor.LASER_SCAN: rig.lidar_2d,
+        Sensor.POINT_CLOUD: rig.lidar_3d,
+        Sensor.STEREO_IMAGES: rig.stereo,
+        Sensor.IMU: rig.imu,
+    }
+    has = {Sensor.WHEEL_ODOMETRY, Sensor.TRUE_POSE} | {sensor for sensor, part in fitted.items() if part is not None}
     if missing := [sensor for sensor in card.sensors if sensor not in has]:
         raise InputError(
             f"method '{card.name}' needs {', '.join(missing)}, which the robot has not (it has "

@@ -223,17 +223,18 @@ class Builder:
             self.quad(corners, uv, surface, [(0.0, 0.0, 1.0 if up else -1.0)] * 4, solid)
 
     def world(self, name: str, lights: tuple[Light, ...], ambient: Point, background: Point) -> World:
-        """Return everything collected so far."""
+        """Return everything collected so far, without the materials that nothing is made of."""
         points = np.array(self._points, np.float64).reshape(-1, 4, 3).astype(np.float32)
         uvs = np.array(self._uvs, np.float64).reshape(-1, 4, 2).astype(np.float32)
         normals = np.array(self._normals, np.float64).reshape(-1, 4, 3).astype(np.float32)
         faces = np.array(self._faces, np.int32).reshape(-1, 3)
+        used, faces[:, 0] = np.unique(faces[:, 0], return_inverse=True)
         solid = faces[:, 2] == 1
         return World(
             name=name,
             visual=_mesh(points, uvs, normals, faces),
             collision=_mesh(points[solid], uvs[solid], normals[solid], faces[solid]),
-            materials=tuple(self._materials),
+            materials=tuple(self._materials[k] for k in used),
             models=tuple(self._models),
             lights=lights,
             ambient=ambient,

@@ -9,11 +9,11 @@ from taskslam.world.builtin.furniture import cabinet
 from taskslam.world.builtin.palette import Palette
 
 
-def counter(b: Builder, p: Palette, wide: float, doors: int, body: Surface) -> None:
+def counter(b: Builder, p: Palette, wide: float, doors: int, body: Surface, tiles: Surface) -> None:
     """Add base cabinets under a granite top at 0.90 m, with tiles behind."""
     cabinet(b, wide, 0.60, 0.88, body, doors, p.black, plinth=0.10)
     b.box((-wide / 2, 0.0, 0.88), (wide / 2, 0.63, 0.92), p.granite)
-    b.box((-wide / 2, 0.0, 0.92), (wide / 2, 0.012, 1.45), p.splashback, skip="-y -z")
+    b.box((-wide / 2, 0.0, 0.92), (wide / 2, 0.012, 1.45), tiles, skip="-y -z")
 
 
 def wall_cabinets(b: Builder, p: Palette, wide: float, doors: int, body: Surface) -> None:
@@ -58,10 +58,10 @@ def fridge(b: Builder, p: Palette) -> None:
         b.panel((x + size / 2, 0.672, z), (-size, 0, 0), (0, 0, size), note, solid=False)
 
 
-def bathtub(b: Builder, p: Palette, wide: float = 1.7, deep: float = 0.75) -> None:
+def bathtub(b: Builder, p: Palette, tiles: Surface, wide: float = 1.7, deep: float = 0.75) -> None:
     """Add a bathtub with a hollow."""
     x, top = wide / 2, 0.56
-    b.box((-x, 0.0, 0.0), (x, deep, top - 0.03), p.bath_wall, skip="-z +z")
+    b.box((-x, 0.0, 0.0), (x, deep, top - 0.03), tiles, skip="-z +z")
     for low, high in (
         ((-x, 0.0), (x, 0.07)),
         ((-x, deep - 0.07), (x, deep)),

@@ -6,7 +6,7 @@ Sizes are metres, heights those of common furniture; most pieces cross the heigh
 
 from __future__ import annotations
 
-from taskslam.world.builtin.builder import Builder, Surface
+from taskslam.world.builtin.builder import Builder, Surface, unit_circle
 from taskslam.world.builtin.palette import Palette
 
 
@@ -15,6 +15,23 @@ def legs(b: Builder, x: float, y0: float, y1: float, top: float, surface: Surfac
     for lx in (-x, x - thick):
         for ly in (y0, y1 - thick):
             b.box((lx, ly, 0.0), (lx + thick, ly + thick, top), surface, skip="-z +z")
+
+
+def wheel(
+    b: Builder, surface: Surface, x: float, y: float, z: float, radius: float, wide: float, sides: int = 12
+) -> None:
+    """Add a wheel with its axle along x, its middle at x, y, z."""
+    circle = unit_circle(sides)
+    low, high = x - wide / 2, x + wide / 2
+    for k in range(sides):
+        (c0, s0), (c1, s1) = ((radius * c, radius * s) for c, s in (circle[k], circle[(k + 1) % sides]))
+        b.panel((high, y + c0, z + s0), (-wide, 0, 0), (0, c1 - c0, s1 - s0), surface)
+    for k in range(0, sides, 2):
+        rim = [(radius * c, radius * s) for c, s in (circle[k], circle[k + 1], circle[(k + 2) % sides])]
+        uv = [(0.5 + c, 0.5 + s) for c, s in ((0.0, 0.0), *rim)]
+        near = [(high, y + c, z + s) for c, s in ((0.0, 0.0), *rim)]
+        b.quad(near, uv, surface)
+        b.quad([(low, *point[1:]) for point in (near[0], *near[:0:-1])], uv, surface)
 
 
 def sofa(b: Builder, p: Palette, fabric: Surface, seats: int = 3, accent: Surface | None = None) -> None:

@@ -21,7 +21,7 @@ from __future__ import annotations
 from taskslam.geometry import pose_from_xyz_rpy
 from taskslam.world.builtin import rooms
 from taskslam.world.builtin.builder import Builder
-from taskslam.world.builtin.palette import Palette
+from taskslam.world.builtin.palettes import HousePalette
 from taskslam.world.builtin.structure import (
     CEILING,
     OUTER_WALL,
@@ -43,7 +43,7 @@ _HALF = INNER_WALL / 2
 def build_house() -> World:
     """Build the world `house`, frame `map` with its origin in the corridor, z = 0 on the floor."""
     b = Builder(SEED)
-    p = Palette(b, SEED)
+    p = HousePalette(b, SEED)
     trim = Trim(ceiling=p.ceiling, skirting=p.white_wood, frame=p.white_wood, sill=p.granite)
     windows = _windows(p)
     openings = [*doorways(), *windows]
@@ -65,7 +65,7 @@ def build_house() -> World:
     return b.world("house", lights, ambient=(0.5, 0.49, 0.47), background=(0.72, 0.80, 0.88))
 
 
-def _rooms(p: Palette) -> list[Room]:
+def _rooms(p: HousePalette) -> list[Room]:
     west, east = -1.6 - _HALF, -1.6 + _HALF
     return [
         Room("living room", LOW, (west, 0.65 - _HALF), p.oak_floor, p.living_wall, {"-x": p.brick}),
@@ -101,7 +101,7 @@ def doorways() -> list[Opening]:
     ]
 
 
-def _windows(p: Palette) -> list[Opening]:
+def _windows(p: HousePalette) -> list[Opening]:
     west, east = LOW[0] - OUTER_WALL / 2, HIGH[0] + OUTER_WALL / 2
     south, north = LOW[1] - OUTER_WALL / 2, HIGH[1] + OUTER_WALL / 2
     return [

@@ -1,8 +1,8 @@
-"""`Palette`: every surface of the house, made once from one seed."""
+"""`Palette`: the surfaces that buildings share, made once from one seed; each building adds its floors and walls."""
 
 from __future__ import annotations
 
-from taskslam.world.builtin import pictures, textures
+from taskslam.world.builtin import pictures, prints, textures
 from taskslam.world.builtin.builder import Builder, Surface
 from taskslam.world.builtin.noise import Dice, NoiseBank
 from taskslam.world.builtin.textures import Colour, Image
@@ -12,7 +12,7 @@ _SHINE = (0.15, 0.15, 0.15)
 
 
 class Palette:
-    """Surfaces by name; methods make one-off pictures."""
+    """Surfaces by name; methods make one-off pictures. Subclasses (`palettes`) make the structure."""
 
     def __init__(self, builder: Builder, seed: int) -> None:
         self._builder = builder
@@ -20,6 +20,7 @@ class Palette:
         self._bank = NoiseBank(seed)
         self._count = 0
         self._make_structure()
+        self._make_common()
         self._make_furniture()
 
     def _dice(self) -> Dice:
@@ -45,41 +46,11 @@ class Palette:
         return self._add(name, textures.enamel(self._bank, self._dice(), colour), (0.8, 0.8), shiny=True)
 
     def _make_structure(self) -> None:
+        """Make the floors and walls of one kind of building."""
+        raise NotImplementedError
+
+    def _make_common(self) -> None:
         bank, dice = self._bank, self._dice
-        oak = textures.planks(bank, dice(), (120, 82, 50), (206, 164, 116))
-        self.oak_floor = self._add("oak floor", oak, (2.4, 2.4))
-        walnut = textures.planks(bank, dice(), (66, 44, 32), (142, 100, 70))
-        self.walnut_floor = self._add("walnut floor", walnut, (3.0, 3.0))
-        cement: list[Colour] = [(222, 216, 204), (120, 138, 144)]
-        kitchen = textures.tiles(bank, dice(), cement, (96, 104, 108), count=8, ornament=0.35)
-        self.kitchen_floor = self._add("kitchen tiles", kitchen, (2.4, 2.4))
-        slate: list[Colour] = [(92, 104, 110), (112, 122, 124), (76, 88, 96)]
-        bath = textures.tiles(bank, dice(), slate, (176, 176, 172), count=8, ornament=0.12)
-        self.bath_floor = self._add("bath floor tiles", bath, (2.0, 2.0))
-        glazed: list[Colour] = [(214, 226, 224), (202, 218, 218), (224, 230, 226)]
-        self.bath_wall = self._add(
-            "bath wall tiles",
-            textures.tiles(bank, dice(), glazed, (120, 150, 154), count=16, ornament=0.06),
-            (2.4, 2.4),
-        )
-        green: list[Colour] = [(124, 156, 138), (146, 172, 152), (108, 142, 130)]
-        splash = textures.tiles(bank, dice(), green, (206, 202, 192), count=16, ornament=0.1)
-        self.splashback = self._add("splashback", splash, (1.6, 1.6), shiny=True)
-        red: list[Colour] = [(158, 82, 62), (140, 66, 50), (176, 104, 80), (150, 92, 72)]
-        self.brick = self._add("brick", textures.bricks(bank, dice(), red, (190, 182, 170)), (2.4, 2.4))
-        self.facade = self._plaster("facade", (214, 204, 186))
-        self.living_wall = self._plaster("living plaster", (236, 228, 214))
-        self.kitchen_wall = self._plaster("kitchen plaster", (232, 222, 196))
-        self.corridor_wall = self._plaster("corridor plaster", (222, 214, 204), 2.3)
-        self.study_wall = self._plaster("study plaster", (140, 160, 148), 2.5)
-        leaves: list[Colour] = [(140, 164, 142), (178, 190, 164), (112, 144, 134), (206, 176, 146)]
-        self.bedroom_wall = self._add(
-            "bedroom wallpaper", textures.wallpaper(bank, dice(), (222, 224, 214), leaves), (2.5, 2.5)
-        )
-        confetti: list[Colour] = [(236, 168, 88), (112, 170, 190), (214, 110, 100), (150, 180, 110), (240, 214, 120)]
-        self.kids_wall = self._add(
-            "kids wallpaper", textures.wallpaper(bank, dice(), (238, 230, 212), confetti, count=110), (2.7, 2.7)
-        )
         self.ceiling = self._plaster("ceiling", (240, 238, 232), 3.0)
         self.core = self._add("masonry", textures.enamel(bank, dice(), (58, 56, 54)), (1.0, 1.0))
         self.white_wood = self._wood("white wood", (214, 208, 198), (244, 240, 232))
@@ -130,6 +101,15 @@ class Palette:
     def books(self) -> Surface:
         """Return a new metre of book spines."""
         return self._add(f"books {self._count}", pictures.books(self._bank, self._dice()), (1.0, 0.27))
+
+    def notices(self, wide: float, tall: float) -> Surface:
+        """Return a new notice board of that many metres, about 2.5 mm per pixel."""
+        image = prints.notice_board(self._bank, self._dice(), _pixels(wide, 0.0025), _pixels(tall, 0.0025))
+        return self._add(f"notices {self._count}", image, None)
+
+    def sign(self, text: str, ground: Colour = (30, 70, 130), ink: Colour = (250, 250, 246)) -> Surface:
+        """Return a plate with a few large characters."""
+        return self._add(f"sign {text}", prints.sign(text, ground, ink), None)
 
     def view(self) -> Surface:
         """Return a new view from a window, lit by the day outside."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from taskslam.world.builtin import fittings, furniture
 from taskslam.world.builtin.builder import Builder
-from taskslam.world.builtin.palette import Palette
+from taskslam.world.builtin.palettes import HousePalette
 
 NORTH, WEST, SOUTH, EAST = 0.0, 90.0, 180.0, -90.0  # where a piece's front looks
 
 
-def furnish_living(b: Builder, p: Palette) -> None:
+def furnish_living(b: Builder, p: HousePalette) -> None:
     """Add sofa group, media wall, bookshelves, window seat and sideboard."""
     with b.model("living rug", -4.68, -2.06):
         furniture.rug(b, p, 3.2, 2.2)
@@ -61,7 +61,7 @@ def furnish_living(b: Builder, p: Palette) -> None:
             furniture.picture(b, p, wide, tall, p.black, 1.6)
 
 
-def _piano(b: Builder, p: Palette) -> None:
+def _piano(b: Builder, p: HousePalette) -> None:
     b.box((-0.74, 0.0, 0.0), (0.74, 0.34, 1.20), p.walnut, skip="-z")
     b.box((-0.76, 0.0, 1.20), (0.76, 0.36, 1.23), p.walnut)
     b.box((-0.74, 0.34, 0.60), (0.74, 0.58, 0.70), p.walnut)
@@ -75,14 +75,14 @@ def _piano(b: Builder, p: Palette) -> None:
     b.box((-0.3, 0.34, 0.80), (0.3, 0.36, 1.05), p.linen, skip="-y")
 
 
-def furnish_kitchen(b: Builder, p: Palette) -> None:
+def furnish_kitchen(b: Builder, p: HousePalette) -> None:
     """Add counters along two walls, a dining table with six chairs, a dresser and a fridge."""
     with b.model("counter north", -6.6, 5.85, SOUTH):
-        fittings.counter(b, p, 2.6, 4, p.teal_wood)
+        fittings.counter(b, p, 2.6, 4, p.teal_wood, p.splashback)
     with b.model("stove", -6.38, 5.85, SOUTH):
         fittings.stove(b, p)
     with b.model("counter west", -8.5, 3.95, EAST):
-        fittings.counter(b, p, 3.8, 6, p.teal_wood)
+        fittings.counter(b, p, 3.8, 6, p.teal_wood, p.splashback)
     with b.model("sink", -8.5, 3.29, EAST):
         fittings.sink(b, p)
     for x, wide in ((-7.39, 0.9), (-5.58, 0.5)):
@@ -131,7 +131,7 @@ def furnish_kitchen(b: Builder, p: Palette) -> None:
             furniture.picture(b, p, wide, tall, p.oak, 1.6)
 
 
-def _crockery(b: Builder, p: Palette) -> None:
+def _crockery(b: Builder, p: HousePalette) -> None:
     """Add bowls and jars on the dresser."""
     glazes = (p.terracotta, p.porcelain, p.splashback, p.mustard_fabric)
     for row, z in enumerate((0.86, 1.225, 1.575)):
@@ -142,7 +142,7 @@ def _crockery(b: Builder, p: Palette) -> None:
             b.cylinder((x, 0.14), wide, z, z + tall, glaze, wide * b.dice.uniform(0.6, 1.2), sides=10, solid=False)
 
 
-def _radiator(b: Builder, p: Palette, wide: float) -> None:
+def _radiator(b: Builder, p: HousePalette, wide: float) -> None:
     b.box((-wide / 2, 0.04, 0.12), (wide / 2, 0.08, 0.70), p.porcelain)
     ribs = int(wide / 0.08)
     for k in range(ribs):
@@ -150,7 +150,7 @@ def _radiator(b: Builder, p: Palette, wide: float) -> None:
         b.box((x - 0.025, 0.08, 0.13), (x + 0.025, 0.11, 0.69), p.porcelain, skip="-y")
 
 
-def furnish_corridor(b: Builder, p: Palette) -> None:
+def furnish_corridor(b: Builder, p: HousePalette) -> None:
     """Add runner, coat rack, shoe cabinet, pictures and the front door."""
     with b.model("runner", 3.62, -0.07):
         furniture.rug(b, p, 3.6, 0.9)
@@ -189,7 +189,7 @@ def furnish_corridor(b: Builder, p: Palette) -> None:
             furniture.picture(b, p, wide, tall, p.oak, 1.55)
 
 
-def furnish_study(b: Builder, p: Palette) -> None:
+def furnish_study(b: Builder, p: HousePalette) -> None:
     """Add desk under the window, library, reading chair and filing drawers."""
     with b.model("study rug", 0.8, -3.24):
         furniture.rug(b, p, 2.2, 1.7)
@@ -232,7 +232,7 @@ def furnish_study(b: Builder, p: Palette) -> None:
             furniture.picture(b, p, wide, tall, p.black, 1.65)
 
 
-def furnish_children(b: Builder, p: Palette) -> None:
+def furnish_children(b: Builder, p: HousePalette) -> None:
     """Add bed, desk, tent, wardrobe and toys."""
     with b.model("play rug", 5.74, -3.5):
         furniture.rug(b, p, 2.2, 2.2)
@@ -268,10 +268,10 @@ def furnish_children(b: Builder, p: Palette) -> None:
             furniture.picture(b, p, wide, tall, p.yellow_wood, 1.5)
 
 
-def furnish_bath(b: Builder, p: Palette) -> None:
+def furnish_bath(b: Builder, p: HousePalette) -> None:
     """Add bathtub, washstand, toilet, washing machine and towels."""
     with b.model("bathtub", -0.68, 5.85, SOUTH):
-        fittings.bathtub(b, p)
+        fittings.bathtub(b, p, p.bath_wall)
     with b.model("washstand", -1.54, 2.17, EAST):
         fittings.vanity(b, p)
     with b.model("toilet", -1.54, 3.88, EAST):
@@ -293,7 +293,7 @@ def furnish_bath(b: Builder, p: Palette) -> None:
             furniture.picture(b, p, wide, tall, p.walnut, 1.6)
 
 
-def furnish_bedroom(b: Builder, p: Palette) -> None:
+def furnish_bedroom(b: Builder, p: HousePalette) -> None:
     """Add double bed with nightstands, wardrobe, dressing table, bench and chair."""
     with b.model("bedroom rug", 5.9, 3.51):
         furniture.rug(b, p, 2.6, 2.6)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from taskslam.world.builtin.builder import Builder, Point, Surface
 
@@ -10,6 +10,7 @@ CEILING = 2.5
 OUTER_WALL = 0.25
 _LINING = 0.03  # boards around an opening; they narrow it by this on each side
 _CASING = 0.07  # width of the frame on the wall
+_DADO = 1.0  # height of the lower lining of a wall
 _RELIEF = 0.015  # how far skirting and frames stand out
 
 
@@ -18,6 +19,7 @@ class Opening:
     """A hole in the wall whose middle plane is at `at` on the x (`wall="x"`) or y axis, from `start` to `end` along it.
 
     bottom, top: heights in metres; a door starts at 0. view: what is seen through a window; None for a passage.
+    leaf: of a closed door, which stands in the middle of the wall, so that both sides have a niche.
     """
 
     wall: str
@@ -27,28 +29,55 @@ class Opening:
     bottom: float = 0.0
     top: float = 2.1
     view: Surface | None = None
+    leaf: Surface | None = None
 
 
 @dataclass(frozen=True)
 class Room:
-    """A rectangle of floor with its finishes; `accent` gives single sides (`+x`, `-x`, `+y`, `-y`) another wall."""
+    """A rectangle of floor with its finishes; `accent` gives single sides (`+x`, `-x`, `+y`, `-y`) another wall.
+
+    dado: a lining of the lower wall, up to 1 m; rail: a handrail along the walls.
+    """
 
     name: str
     low: tuple[float, float]
     high: tuple[float, float]
     floor: Surface
     wall: Surface
-    accent: dict[str, Surface]
+    accent: dict[str, Surface] = field(default_factory=dict)
+    dado: Surface | None = None
+    rail: Surface | None = None
+
+
+def room_between(
+    low: tuple[float, float],
+    high: tuple[float, float],
+    outer: tuple[tuple[float, float], tuple[float, float]],
+    wall: float,
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the floor between the middle planes of walls, `wall` m thick, except at the inside of the outer walls."""
+
+    def inset(value: float, edge: float, by: float) -> float:
+        return value if value == edge else value + by
+
+    (x0, y0), (x1, y1) = low, high
+    (left, bottom), (right, top) = outer
+    half = wall / 2
+    return (
+        (inset(x0, left, half), inset(y0, bottom, half)),
+        (inset(x1, right, -half), inset(y1, top, -half)),
+    )
 
 
 @dataclass(frozen=True)
 class Trim:
-    """Surfaces shared by all rooms."""
+    """Surfaces shared by all rooms, and their height."""
 
     ceiling: Surface
     skirting: Surface
     frame: Surface
     sill: Surface
+    height: float = CEILING
 
 
 @dataclass(frozen=True)
@@ -97,18 +126,23 @@ def build_room(b: Builder, room: Room, openings: list[Opening], trim: Trim) -> N
     (x0, y0), (x1, y1) = room.low, room.high
     with b.model(f"{room.name} shell"):
         b.panel((x0, y0, 0), (x1 - x0, 0, 0), (0, y1 - y0, 0), room.floor)
-        b.panel((x0, y1, CEILING), (x1 - x0, 0, 0), (0, y0 - y1, 0), trim.ceiling)
+        b.panel((x0, y1, trim.height), (x1 - x0, 0, 0), (0, y0 - y1, 0), trim.ceiling)
         for side in sides_of(room.low, room.high):
             found = [(span, o) for o in openings if (span := side.span(o)) is not None]
             holes = sorted(found, key=lambda item: item[0])
-            _wall(b, side, holes, room.accent.get(side.name, room.wall))
-            _skirting(b, side, [span for span, o in holes if o.bottom == 0], trim.skirting)
+            _wall(b, side, holes, room.accent.get(side.name, room.wall), trim.height)
+            _band(b, side, [span for span, o in holes if o.bottom == 0], (0.0, 0.09), (0.0, _RELIEF), trim.skirting)
+            doors = [span for span, o in holes if o.bottom < _DADO]
+            if room.dado is not None:
+                _band(b, side, doors, (0.09, _DADO), (0.0, _RELIEF / 2), room.dado)
+            if room.rail is not None:
+                _band(b, side, doors, (0.82, 0.95), (0.03, 0.07), room.rail)
             for span, opening in holes:
                 _casing(b, side, span, opening, trim.frame)
 
 
 def _wall(
-    b: Builder, side: _Side, holes: list[tuple[tuple[float, float], Opening]], surface: Surface, top: float = CEILING
+    b: Builder, side: _Side, holes: list[tuple[tuple[float, float], Opening]], surface: Surface, top: float
 ) -> None:
     """Cover a side around its holes; one texture offset, so that the pattern runs on."""
     extent = surface.extent or (1.0, 1.0)
@@ -142,11 +176,19 @@ def _bar(
     b.box(low, high, surface)
 
 
-def _skirting(b: Builder, side: _Side, doors: list[tuple[float, float]], surface: Surface) -> None:
+def _band(
+    b: Builder,
+    side: _Side,
+    doors: list[tuple[float, float]],
+    z: tuple[float, float],
+    out: tuple[float, float],
+    surface: Surface,
+) -> None:
+    """Run a strip along a wall between its doors."""
     at = 0.0
     for start, end in [*doors, (side.length + _CASING, 0.0)]:
         if start - _CASING - at > 0.02:
-            _bar(b, side, (at, start - _CASING), (0.0, 0.09), (0.0, _RELIEF), surface)
+            _bar(b, side, (at, start - _CASING), z, out, surface)
         at = end + _CASING
 
 
@@ -168,6 +210,8 @@ def build_openings(b: Builder, openings: list[Opening], floor: Surface, trim: Tr
             _line(b, opening, depth / 2, trim.frame)
             if opening.view is None:
                 _threshold(b, opening, depth / 2, floor)
+                if opening.leaf is not None:
+                    _leaf(b, opening, opening.leaf, trim.sill)
             else:
                 _window(b, opening, depth / 2, trim)
 
@@ -198,6 +242,13 @@ def _line(b: Builder, o: Opening, half: float, surface: Surface) -> None:
 
 def _threshold(b: Builder, o: Opening, half: float, floor: Surface) -> None:
     _box_in(b, o, (o.start + _LINING, o.end - _LINING), (-half - 0.01, half + 0.01), (-0.02, 0.004), floor)
+
+
+def _leaf(b: Builder, o: Opening, surface: Surface, handle: Surface) -> None:
+    """Add a closed door, 5 cm thick, with a handle on both sides."""
+    _box_in(b, o, (o.start + _LINING, o.end - _LINING), (-0.025, 0.025), (0.004, o.top - _LINING), surface)
+    grip = (o.end - _LINING - 0.20, o.end - _LINING - 0.07)
+    _box_in(b, o, grip, (-0.065, 0.065), (1.02, 1.05), handle, solid=False)
 
 
 def _window(b: Builder, o: Opening, half: float, trim: Trim) -> None:
@@ -238,12 +289,13 @@ def build_shell(
     openings: list[Opening],
     wall: Surface,
     core: Surface,
+    height: float = CEILING,
 ) -> None:
     """Add the outside of the house and the slab below it (which also fills cut walls when seen from above)."""
     x0, y0, x1, y1 = low[0] - OUTER_WALL, low[1] - OUTER_WALL, high[0] + OUTER_WALL, high[1] + OUTER_WALL
     with b.model("facade"):
         b.box((x0, y0, -0.30), (x1, y1, -0.005), core)
-        b.panel((x0, y0, CEILING + 0.02), (x1 - x0, 0, 0), (0, y1 - y0, 0), core)
+        b.panel((x0, y0, height + 0.02), (x1 - x0, 0, 0), (0, y1 - y0, 0), core)
         corners = [(x0, y1), (x1, y1), (x1, y0), (x0, y0)]
         spans = [(1, 0), (0, -1), (-1, 0), (0, 1)]
         names = [("y", x1 - x0), ("x", y1 - y0)] * 2
@@ -251,4 +303,4 @@ def build_shell(
             inward = (-along[1], along[0])
             side = _Side("", axis, corner, along, inward, length)
             found = [(span, o) for o in openings if o.view is not None and (span := side.span(o)) is not None]
-            _wall(b, side, sorted(found, key=lambda item: item[0]), wall, top=CEILING + 0.02)
+            _wall(b, side, sorted(found, key=lambda item: item[0]), wall, top=height + 0.02)

@@ -109,7 +109,9 @@ def tiles(
     return image
 
 
-def bricks(bank: NoiseBank, dice: Dice, colours: list[Colour], mortar: Colour, size: int = 1024) -> Image:
+def bricks(
+    bank: NoiseBank, dice: Dice, colours: list[Colour], mortar: Colour, size: int = 1024, spread: float = 0.40
+) -> Image:
     """Running bond, 32 courses and 10.67 : 1 in size, each brick with its own tone."""
     cloud, grain = bank.take("cloud", size, dice), bank.take("grain", size, dice)
     shade = np.float32(0.74) + cloud * np.float32(0.22) + grain * np.float32(0.26)
@@ -122,7 +124,7 @@ def bricks(bank: NoiseBank, dice: Dice, colours: list[Colour], mortar: Colour, s
             start = round((column + 0.5 * (row % 2)) * width) + dice.integer(2, 5)
             columns = np.arange(start, start + round(width) - 6) % size
             rows = np.arange(row * height + 2, (row + 1) * height - 2)
-            tone = np.float32(dice.uniform(0.72, 1.12))
+            tone = np.float32(dice.uniform(1.12 - spread, 1.12))
             image[np.ix_(rows, columns)] = paint(shade[np.ix_(rows, columns)] * tone, dice.choice(colours))
     return image
 

@@ -1,0 +1,78 @@
+"""Floors and walls of each building."""
+
+from __future__ import annotations
+
+from taskslam.world.builtin import prints, textures
+from taskslam.world.builtin.palette import Palette
+from taskslam.world.builtin.textures import Colour
+
+
+class HousePalette(Palette):
+    """A home: wood and tiles underfoot, every room with a wall of its own."""
+
+    def _make_structure(self) -> None:
+        bank, dice = self._bank, self._dice
+        oak = textures.planks(bank, dice(), (120, 82, 50), (206, 164, 116))
+        self.oak_floor = self._add("oak floor", oak, (2.4, 2.4))
+        walnut = textures.planks(bank, dice(), (66, 44, 32), (142, 100, 70))
+        self.walnut_floor = self._add("walnut floor", walnut, (3.0, 3.0))
+        cement: list[Colour] = [(222, 216, 204), (120, 138, 144)]
+        kitchen = textures.tiles(bank, dice(), cement, (96, 104, 108), count=8, ornament=0.35)
+        self.kitchen_floor = self._add("kitchen tiles", kitchen, (2.4, 2.4))
+        slate: list[Colour] = [(92, 104, 110), (112, 122, 124), (76, 88, 96)]
+        bath = textures.tiles(bank, dice(), slate, (176, 176, 172), count=8, ornament=0.12)
+        self.bath_floor = self._add("bath floor tiles", bath, (2.0, 2.0))
+        glazed: list[Colour] = [(214, 226, 224), (202, 218, 218), (224, 230, 226)]
+        self.bath_wall = self._add(
+            "bath wall tiles",
+            textures.tiles(bank, dice(), glazed, (120, 150, 154), count=16, ornament=0.06),
+            (2.4, 2.4),
+        )
+        green: list[Colour] = [(124, 156, 138), (146, 172, 152), (108, 142, 130)]
+        splash = textures.tiles(bank, dice(), green, (206, 202, 192), count=16, ornament=0.1)
+        self.splashback = self._add("splashback", splash, (1.6, 1.6), shiny=True)
+        red: list[Colour] = [(158, 82, 62), (140, 66, 50), (176, 104, 80), (150, 92, 72)]
+        self.brick = self._add("brick", textures.bricks(bank, dice(), red, (190, 182, 170)), (2.4, 2.4))
+        self.facade = self._plaster("facade", (214, 204, 186))
+        self.living_wall = self._plaster("living plaster", (236, 228, 214))
+        self.kitchen_wall = self._plaster("kitchen plaster", (232, 222, 196))
+        self.corridor_wall = self._plaster("corridor plaster", (222, 214, 204), 2.3)
+        self.study_wall = self._plaster("study plaster", (140, 160, 148), 2.5)
+        leaves: list[Colour] = [(140, 164, 142), (178, 190, 164), (112, 144, 134), (206, 176, 146)]
+        self.bedroom_wall = self._add(
+            "bedroom wallpaper", textures.wallpaper(bank, dice(), (222, 224, 214), leaves), (2.5, 2.5)
+        )
+        confetti: list[Colour] = [(236, 168, 88), (112, 170, 190), (214, 110, 100), (150, 180, 110), (240, 214, 120)]
+        self.kids_wall = self._add(
+            "kids wallpaper", textures.wallpaper(bank, dice(), (238, 230, 212), confetti, count=110), (2.7, 2.7)
+        )
+
+
+class WarehousePalette(Palette):
+    """A warehouse: concrete underfoot, block walls, painted steel, cardboard."""
+
+    def _make_structure(self) -> None:
+        bank, dice = self._bank, self._dice
+        floor = prints.concrete(bank, dice(), (176, 174, 168))
+        self.concrete = self._add("concrete floor", floor, (5.0, 5.0))
+        grey: list[Colour] = [(186, 186, 180), (176, 178, 174), (194, 192, 186)]
+        blocks = textures.bricks(bank, dice(), grey, (150, 150, 146), spread=0.14)
+        self.blockwork = self._add("concrete blocks", blocks, (4.4, 6.4))
+        self.facade = self._add("cladding", prints.ribs(bank, dice(), (150, 160, 168)), (2.0, 2.0))
+        self.roof = self._add("roof sheets", prints.ribs(bank, dice(), (206, 208, 206), 24), (5.0, 5.0))
+        self.shutter = self._add("roller shutter", prints.ribs(bank, dice(), (160, 170, 176), 20), (2.0, 2.0))
+        self.hazard = self._add("hazard stripes", prints.hazard(bank, dice()), (0.5, 0.5))
+        self.yellow_tape = self._add("yellow marking", prints.tape(bank, dice(), (240, 196, 40)), (0.6, 0.6))
+        self.white_tape = self._add("white marking", prints.tape(bank, dice(), (236, 236, 230)), (0.6, 0.6))
+        self.rack_blue = self._enamel("rack blue", (44, 84, 148))
+        self.rack_orange = self._enamel("rack orange", (226, 106, 36))
+        self.yellow_paint = self._enamel("yellow paint", (238, 186, 40))
+        self.red_paint = self._enamel("red paint", (190, 44, 40))
+        self.rubber = self._enamel("rubber", (36, 36, 38))
+        self.deal = self._wood("rough deal", (150, 116, 76), (208, 174, 126))
+        kraft: list[Colour] = [(188, 146, 98), (174, 132, 88), (204, 166, 118), (166, 124, 80)]
+        self.cartons = [
+            self._add(f"carton {k}", prints.carton(bank, dice(), kraft[k % len(kraft)]), None) for k in range(12)
+        ]
+        tubs: list[Colour] = [(40, 92, 164), (196, 56, 48), (64, 132, 80), (232, 172, 48), (110, 116, 122)]
+        self.tubs = [self._enamel(f"plastic tub {k}", colour) for k, colour in enumerate(tubs)]
