@@ -1,7 +1,10 @@
-"""A host for the guests in `guests/`, fed with a robot that stands still."""
+"""A host for the guests in `guests/`, fed with a robot that stands still; recorded drives."""
 
+import importlib.util
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +22,19 @@ MILLISECOND = 1_000_000
 @pytest.fixture(scope="session")
 def rig() -> SensorRig:
     return load_robot("turtlebot2").rig
+
+
+@pytest.fixture(scope="session")
+def drives() -> ModuleType:
+    """The recorded drives of `karto/drives.py`, for every 2D LiDAR method."""
+    if "karto_drives" not in sys.modules:
+        spec = importlib.util.spec_from_file_location("karto_drives", Path(__file__).parent / "karto" / "drives.py")
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules["karto_drives"] = module
+        spec.loader.exec_module(module)
+    return sys.modules["karto_drives"]
 
 
 @pytest.fixture

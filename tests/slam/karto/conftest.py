@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -12,22 +9,6 @@ import pytest
 
 from taskslam.measurements import LaserScan
 from taskslam.slam.karto.scan_points import ScanPoints, scan_to_points
-
-
-def load_drives() -> ModuleType:
-    if "karto_drives" not in sys.modules:
-        spec = importlib.util.spec_from_file_location("karto_drives", Path(__file__).with_name("drives.py"))
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules["karto_drives"] = module
-        spec.loader.exec_module(module)
-    return sys.modules["karto_drives"]
-
-
-@pytest.fixture(scope="session")
-def drives() -> ModuleType:
-    return load_drives()
 
 
 @pytest.fixture(scope="session")

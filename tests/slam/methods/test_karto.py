@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import importlib.util
 import os
 import subprocess
 import sys
@@ -45,17 +44,6 @@ for measurement in drive.measurements:
             digest.update(estimate.covariance.tobytes())
 print(digest.hexdigest(), method.map_summary().loops_closed)
 """
-
-
-@pytest.fixture(scope="module")
-def drives():
-    spec = importlib.util.spec_from_file_location("karto_drives", DRIVES)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["karto_drives"] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

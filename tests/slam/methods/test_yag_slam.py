@@ -3,7 +3,6 @@
 import importlib.util
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from taskslam.robot import SensorRig, load_robot
 from taskslam.slam.methods.karto import Karto
 from taskslam.slam.methods.yag_slam import YagSlam
 
-DRIVES = Path(__file__).parents[1] / "karto" / "drives.py"
 RIG = load_robot("turtlebot2").rig
 
 try:  # a dependency of yag-slam warns about its own syntax when first compiled
@@ -21,17 +19,6 @@ try:  # a dependency of yag-slam warns about its own syntax when first compiled
 except ImportError:
     _INSTALLED = False
 needs_yag = pytest.mark.skipif(not _INSTALLED, reason="yag-slam is not installed (extra yag-slam, CPython 3.11 only)")
-
-
-@pytest.fixture(scope="module")
-def drives():
-    spec = importlib.util.spec_from_file_location("karto_drives", DRIVES)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["karto_drives"] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

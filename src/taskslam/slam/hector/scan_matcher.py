@@ -52,7 +52,7 @@ def align(levels: Sequence[OccupancyGrid], points: FloatArray, start: FloatArray
             level.log_odds, level.origin, level.resolution, points, pose, fine if number == 0 else coarse
         )
     count = max(len(points), 1)
-    # The covariance of least squares: the residuals tell the variance (the paper's sigma^2 H^-1, equation 13).
+    # The covariance of least squares: the residuals tell the variance (the paper's sigma^2 H^-1).
     variance = squares / max(count - 3, 1)
     covariance = variance * np.linalg.inv(H)
     return Alignment(pose, 0.5 * (covariance + covariance.T), hit / max(known, 1), known / count)

@@ -13,8 +13,9 @@ NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 class HectorSettings(BaseModel):
     """Options of `hector`. Metres, radians, seconds. Source: protocol 1.3; iterations: hector_mapping's own.
 
-    map_size: cells of the finest level a side that the map may grow to; hits beyond are passed over. lost_score,
-    lost_after: see `mapper.py`; both are ours.
+    map_size: cells of the finest level a side that the map may grow to; hits beyond are passed over. predict_motion:
+    begin an alignment where the motion between the last two scans leads, not at the last pose. lost_score, lost_after:
+    see `mapper.py`. These three are ours.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -29,7 +30,7 @@ class HectorSettings(BaseModel):
     laser_max_dist: Positive = 10.0
     iterations_coarse: Annotated[int, Field(ge=1, le=100)] = 4
     iterations_fine: Annotated[int, Field(ge=1, le=100)] = 6
-    predict_motion: bool = False
+    predict_motion: bool = True
 
-    lost_score: Annotated[float, Field(ge=0, le=1)] = 0.4
+    lost_score: Annotated[float, Field(ge=0, le=1)] = 0.5
     lost_after: NonNegative = 1.0

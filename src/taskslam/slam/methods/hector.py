@@ -1,15 +1,19 @@
 """`hector`: scan-to-map SLAM with a 2D LiDAR and nothing else, our own implementation of Kohlbrecher et al. 2011.
 
-Every scan is aligned by Gauss-Newton with an occupancy grid of several resolutions, from coarse to fine, beginning at
-the last pose; the map takes a scan in after 0.4 m or 0.06 rad. No odometry, no loop closure, no pose graph: what the
-map has taken in stays. Parameters and defaults: `slam/hector/settings.py`; when it is `lost`: `slam/hector/mapper.py`.
+Every scan is aligned by Gauss-Newton with an occupancy grid of several resolutions, from coarse to fine; the map takes
+a scan in after 0.4 m or 0.06 rad. No odometry, no loop closure, no pose graph: what the map has taken in stays.
+Parameters and defaults: `slam/hector/settings.py`; when it is `lost`: `slam/hector/mapper.py`.
 
 Where it differs from hector_mapping as the benchmark ran it, and why:
 
-- The start of each alignment is the last pose, as the paper has it. The published runs took it from odometry over tf
-  (protocol 1.3): there a fast turn is half solved before the matching begins.
-- The map grows with what is seen, up to the published 4096 x 4096 cells; two levels of that size would take 170 MB.
-- The covariance is the Hessian's inverse times the variance of the residuals (equation 13), and the Hessian gets the
+- An alignment begins where the motion between the last two scans leads. The published runs took odometry over tf for
+  that (protocol 1.3), which this method does not get. The paper begins at the last pose (`predict_motion` False), which
+  suits scans at 40 Hz: at the 10 Hz of this robot's LiDAR, turns above 1 rad/s are lost, in the AWS small house always
+  the one to the last waypoint.
+- A scan that does not lie on the map is not taken into it (`slam/hector/mapper.py`): one scan at a wrong pose and the
+  next ones agree with it.
+- The map grows with what is seen, up to the published 4096 x 4096 cells; whole, they would take 170 MB.
+- The covariance is the Hessian's inverse times the variance of the residuals, and the Hessian gets the
   information of one metre and one radian, so that a bare corridor leaves the pose along it where it was.
 - Log-odds stay within 50 on both sides; the original bounds the occupied side.
 """
@@ -65,8 +69,9 @@ class Hector(SlamMethod):
         """A live pose for every scan; None for anything else."""
         if not isinstance(measurement, LaserScan):
             return None
+        mapper = self._started()
         scan = scan_to_points(measurement, self._T_base_laser, self._settings.laser_max_dist)
-        outcome = self._started().process(scan, measurement.stamp)
+        outcome = mapper.process(scan, measurement.stamp)
         return PoseEstimate(measurement.stamp, SE2(*outcome.pose).matrix(), outcome.status, outcome.covariance)
 
     def save_map(self, path: Path) -> None:
