@@ -18,6 +18,8 @@ from taskslam.geometry import FloatArray
 from taskslam.simulation.triangle_blocks import TriangleBlocks
 
 _LEFT, _RIGHT, _ABOVE, _BELOW, _NEAR, _FAR = 1, 2, 4, 8, 16, 32
+_TILE = 16  # pixels
+_REFRESH = 20  # blocks drawn before the first look at what has become hidden; later looks are rarer
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,8 @@ def rasterize(
         blocks.vertices,
         blocks.triangles,
         blocks.most_vertices,
+        blocks.low,
+        blocks.high,
         (cut_outs.entry, cut_outs.texel_uv, cut_outs.opacity, cut_outs.offset, cut_outs.width, cut_outs.height),
         R_camera_world,
         position,
@@ -97,8 +101,8 @@ def rasterize(
         pinhole.width,
         rows[0],
         rows[1],
-        inverse_depth,
-        triangle,
+        inverse_depth.reshape(-1),
+        triangle.reshape(-1),
     )
 
 
@@ -172,7 +176,7 @@ def _outside(column, row, depth, width, top, bottom, near, far):  # type: ignore
 
 @njit(cache=True, nogil=True)
 def _draw_blocks(  # type: ignore[no-untyped-def]
-    order, first_triangle, first_vertex, vertices, triangles, most, holes, rotation, position, numbers,
+    order, first_triangle, first_vertex, vertices, triangles, most, low, high, holes, rotation, position, numbers,
     width, top, bottom, inverse_depth, seen,
 ):  # fmt: skip
     focal, cx, cy, near, far = numbers
@@ -180,9 +184,18 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
     screen = np.empty((most, 3))
     codes = np.empty(most, np.int32)
     planes = np.zeros((3, 3))
-    clipped = np.empty((4, 3))
+    corner = np.empty((4, 3))
+    spans = np.empty((bottom, 2), np.int64)
     hole_entry = holes[0]
+    farthest = np.zeros((-(-(bottom - top) // _TILE), -(-width // _TILE)), np.float32)
+    drawn, refresh = 0, _REFRESH
     for b in order:
+        if drawn >= refresh:
+            _refresh(inverse_depth, width, top, bottom, farthest)
+            refresh += drawn // 2 + _REFRESH
+        if _is_hidden(low[b], high[b], rotation, position, numbers, width, top, bottom, farthest):
+            continue
+        drawn += 1
         base = first_vertex[b]
         count = first_vertex[b + 1] - base
         for i in range(count):
@@ -205,26 +218,119 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
             i, j, k = triangles[t, 0] - base, triangles[t, 1] - base, triangles[t, 2] - base
             if codes[i] & codes[j] & codes[k]:
                 continue
-            entry = hole_entry[t]
-            if entry >= 0:
-                scale = screen_planes(camera[i], camera[j], camera[k], numbers, planes)
-                if scale == 0.0:
+            if (codes[i] | codes[j] | codes[k]) & _NEAR:
+                corners = _clip_near(camera[i], camera[j], camera[k], numbers, corner)
+            else:
+                corners = 3
+                x0, x1, x2 = screen[i, 0], screen[j, 0], screen[k, 0]
+                y0, y1, y2 = screen[i, 1], screen[j, 1], screen[k, 1]
+                if math.ceil(min(y0, y1, y2)) >= math.ceil(max(y0, y1, y2)):
                     continue
-            if not (codes[i] | codes[j] | codes[k]) & _NEAR:
-                _draw_triangle(
-                    screen[i, 0], screen[i, 1], screen[i, 2], screen[j, 0], screen[j, 1], screen[j, 2],
-                    screen[k, 0], screen[k, 1], screen[k, 2], t, entry, planes, holes,
-                    width, top, bottom, inverse_depth, seen,
-                )  # fmt: skip
+                if math.ceil(min(x0, x1, x2)) >= math.ceil(max(x0, x1, x2)):
+                    continue
+                corner[0, 0], corner[0, 1], corner[0, 2] = x0, y0, screen[i, 2]
+                corner[1, 0], corner[1, 1], corner[1, 2] = x1, y1, screen[j, 2]
+                corner[2, 0], corner[2, 1], corner[2, 2] = x2, y2, screen[k, 2]
+            holed = hole_entry[t] >= 0
+            if holed and screen_planes(camera[i], camera[j], camera[k], numbers, planes) == 0.0:
                 continue
-            corners = _clip_near(camera[i], camera[j], camera[k], numbers, clipped)
-            for corner in range(2, corners):
-                _draw_triangle(
-                    clipped[0, 0], clipped[0, 1], clipped[0, 2],
-                    clipped[corner - 1, 0], clipped[corner - 1, 1], clipped[corner - 1, 2],
-                    clipped[corner, 0], clipped[corner, 1], clipped[corner, 2], t, entry, planes, holes,
-                    width, top, bottom, inverse_depth, seen,
-                )  # fmt: skip
+            for last in range(2, corners):
+                first_row, end_row, inverse, along, down = _spans(corner, last, width, top, bottom, spans)
+                if first_row >= end_row:
+                    continue
+                step = np.float32(along)
+                for row in range(first_row, end_row):
+                    left, right = spans[row, 0], spans[row, 1]
+                    start = np.float32(inverse + along * left + down * row)
+                    line = row * width + left
+                    for i in range(right - left):
+                        w = start + step * np.float32(i)
+                        if w > inverse_depth[line + i] and (
+                            not holed or _is_opaque(left + i, row, t, planes, holes)
+                        ):
+                            inverse_depth[line + i] = w
+                            seen[line + i] = t
+
+
+@njit(cache=True, nogil=True)
+def _spans(corner, last, width, top, bottom, spans):  # type: ignore[no-untyped-def]
+    """Columns left..right of each row that the triangle of corners 0, last - 1 and last covers.
+
+    corner: (4, 3) column, row, inverse depth. Returns the first row and the one after the last, and inverse depth as
+    an affine function of the pixel: its value at (0, 0), and its change along a row and down a column.
+    """
+    x0, y0, w0 = corner[0, 0], corner[0, 1], corner[0, 2]
+    x1, y1, w1 = corner[last - 1, 0], corner[last - 1, 1], corner[last - 1, 2]
+    x2, y2, w2 = corner[last, 0], corner[last, 1], corner[last, 2]
+    if y1 < y0:
+        x0, y0, w0, x1, y1, w1 = x1, y1, w1, x0, y0, w0
+    if y2 < y1:
+        x1, y1, w1, x2, y2, w2 = x2, y2, w2, x1, y1, w1
+        if y1 < y0:
+            x0, y0, w0, x1, y1, w1 = x1, y1, w1, x0, y0, w0
+    first = math.ceil(min(max(y0, top), bottom))
+    end = math.ceil(min(max(y2, top), bottom))
+    double_area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+    if first >= end or double_area == 0.0:
+        return 0, 0, 0.0, 0.0, 0.0
+    along = ((w1 - w0) * (y2 - y0) - (w2 - w0) * (y1 - y0)) / double_area
+    down = ((x1 - x0) * (w2 - w0) - (x2 - x0) * (w1 - w0)) / double_area
+    long_slope = (x2 - x0) / (y2 - y0)
+    upper_slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
+    lower_slope = (x2 - x1) / (y2 - y1) if y2 > y1 else 0.0
+    for row in range(first, end):
+        on_long = x0 + (row - y0) * long_slope
+        on_short = x0 + (row - y0) * upper_slope if row < y1 else x1 + (row - y1) * lower_slope
+        begin, after = (on_long, on_short) if double_area > 0.0 else (on_short, on_long)
+        spans[row, 0] = math.ceil(min(max(begin, 0.0), width))
+        spans[row, 1] = math.ceil(min(max(after, 0.0), width))
+    return first, end, w0 - along * x0 - down * y0, along, down
+
+
+@njit(cache=True, nogil=True)
+def _refresh(inverse_depth, width, top, bottom, farthest):  # type: ignore[no-untyped-def]
+    """The smallest inverse depth in each tile of the band."""
+    column_least = np.empty(width, np.float32)
+    for tile_row in range(len(farthest)):
+        column_least[:] = np.inf
+        for row in range(top + tile_row * _TILE, min(top + (tile_row + 1) * _TILE, bottom)):
+            line = inverse_depth[row * width : (row + 1) * width]
+            for column in range(width):
+                d = line[column]
+                column_least[column] = d if d < column_least[column] else column_least[column]
+        farthest[tile_row] = np.inf
+        for column in range(width):
+            farthest[tile_row, column // _TILE] = min(farthest[tile_row, column // _TILE], column_least[column])
+
+
+@njit(cache=True, nogil=True)
+def _is_hidden(low, high, rotation, position, numbers, width, top, bottom, farthest):  # type: ignore[no-untyped-def]
+    """Whether a box lies behind what was drawn, in every tile that it may touch."""
+    focal, cx, cy, near = numbers[0], numbers[1], numbers[2], numbers[3]
+    left, right, above, below = np.inf, -np.inf, np.inf, -np.inf
+    nearest = np.inf
+    for corner in range(8):
+        x = (high[0] if corner & 1 else low[0]) - position[0]
+        y = (high[1] if corner & 2 else low[1]) - position[1]
+        z = (high[2] if corner & 4 else low[2]) - position[2]
+        ahead = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z
+        if ahead < near:
+            return False
+        nearest = min(nearest, ahead)
+        column = focal * (rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z) / ahead + cx
+        row = focal * (rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z) / ahead + cy
+        left, right = min(left, column), max(right, column)
+        above, below = min(above, row), max(below, row)
+    first_column, last_column = math.floor(max(left - 1.0, 0.0)), math.floor(min(right + 1.0, width - 1.0))
+    first_row, last_row = math.floor(max(above - 1.0, top)), math.floor(min(below + 1.0, bottom - 1.0))
+    if first_column > last_column or first_row > last_row:
+        return True
+    limit = 1.00001 / nearest  # rounding of the drawn depths must not hide what lies on them
+    for tile_row in range((first_row - top) // _TILE, (last_row - top) // _TILE + 1):
+        for tile in range(first_column // _TILE, last_column // _TILE + 1):
+            if farthest[tile_row, tile] < limit:
+                return False
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -254,60 +360,10 @@ def _clip_near(p0, p1, p2, numbers, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _draw_triangle(  # type: ignore[no-untyped-def]
-    x0, y0, w0, x1, y1, w1, x2, y2, w2, name, entry, planes, holes, width, top, bottom, inverse_depth, seen
-):  # fmt: skip
-    """One triangle at columns x, rows y with inverse depths w: where it is nearest, its inverse depth and its name."""
-    if y1 < y0:
-        x0, y0, w0, x1, y1, w1 = x1, y1, w1, x0, y0, w0
-    if y2 < y1:
-        x1, y1, w1, x2, y2, w2 = x2, y2, w2, x1, y1, w1
-        if y1 < y0:
-            x0, y0, w0, x1, y1, w1 = x1, y1, w1, x0, y0, w0
-    if not (y0 < bottom and y2 > top - 1 and min(x0, x1, x2) < width and max(x0, x1, x2) > -1):
-        return
-    first = max(math.ceil(y0), top)
-    last = min(math.ceil(y2), bottom)
-    if first >= last or math.ceil(min(x0, x1, x2)) >= math.ceil(max(x0, x1, x2)):
-        return
-    double_area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-    if double_area == 0.0:
-        return
-    along = ((w1 - w0) * (y2 - y0) - (w2 - w0) * (y1 - y0)) / double_area
-    down = ((x1 - x0) * (w2 - w0) - (x2 - x0) * (w1 - w0)) / double_area
-    long_slope = (x2 - x0) / (y2 - y0)
-    upper_slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
-    lower_slope = (x2 - x1) / (y2 - y1) if y2 > y1 else 0.0
-    bends_right = double_area > 0.0
-    for row in range(first, last):
-        on_long = x0 + (row - y0) * long_slope
-        on_short = x0 + (row - y0) * upper_slope if row < y1 else x1 + (row - y1) * lower_slope
-        begin, end = (on_long, on_short) if bends_right else (on_short, on_long)
-        left = math.ceil(min(max(begin, 0.0), width))
-        right = math.ceil(min(max(end, 0.0), width))
-        if left >= right:
-            continue
-        depths, names = inverse_depth[row], seen[row]
-        start = np.float32(w0 + along * (left - x0) + down * (row - y0))
-        step = np.float32(along)
-        if entry < 0:
-            for column in range(left, right):
-                w = start + step * np.float32(column - left)
-                if w > depths[column]:
-                    depths[column] = w
-                    names[column] = name
-        else:
-            for column in range(left, right):
-                w = start + step * np.float32(column - left)
-                if w > depths[column] and _is_opaque(column, row, name, entry, planes, holes):
-                    depths[column] = w
-                    names[column] = name
-
-
-@njit(cache=True, nogil=True)
-def _is_opaque(column, row, name, entry, planes, holes):  # type: ignore[no-untyped-def]
+def _is_opaque(column, row, name, planes, holes):  # type: ignore[no-untyped-def]
     """Whether a cut-out's texture is opaque where the pixel's ray meets it, at the detail that the pixel resolves."""
-    _, texel_uv, opacity, offset, width_log2, height_log2 = holes
+    entries, texel_uv, opacity, offset, width_log2, height_log2 = holes
+    entry = entries[name]
     denominator = planes[0, 0] * column + planes[0, 1] * row + planes[0, 2]
     u = (planes[1, 0] * column + planes[1, 1] * row + planes[1, 2]) / denominator
     v = (planes[2, 0] * column + planes[2, 1] * row + planes[2, 2]) / denominator
