@@ -16,10 +16,11 @@ def refined(
     return surfaces.refine(scan_at(*query, noise=noise, seed=seed + 1000, **where), query + offset, query + offset)
 
 
-def test_a_noise_free_offset_is_undone_to_a_fraction_of_a_millimetre(scan_at) -> None:
+def test_a_wrong_prediction_of_a_centimetre_is_undone_but_for_a_twentieth(scan_at) -> None:
+    """What is left is the pull of the prior, 4 mm against the walls' one."""
     reference, query = np.array([2.0, 2.0, 0.3]), np.array([2.2, 1.9, 0.1])
     found = refined(scan_at, reference, query, np.array([0.01, -0.008, 0.006]), noise=0.0)
-    assert np.abs(found.pose - query)[:2].max() < 5e-4
+    assert np.abs(found.pose - query)[:2].max() < 7e-4
     assert abs(found.pose[2] - query[2]) < 2e-4
     assert found.share > 0.7
 
@@ -40,7 +41,7 @@ def test_an_open_direction_stays_as_predicted(scan_at) -> None:
     found = refined(scan_at, np.array([0.3, 1.0, 0.0]), query, np.array([0.05, 0.01, 0.0]), noise=0.0, where=corridor)
     assert found.pose[1] == pytest.approx(1.0, abs=1e-3)
     assert found.pose[0] == pytest.approx(0.05, abs=5e-3)
-    assert found.covariance[0, 0] > 100 * found.covariance[1, 1]
+    assert found.covariance[0, 0] > 10 * found.covariance[1, 1]
 
 
 def test_nothing_shown_leaves_the_pose_and_says_so(scan_at) -> None:

@@ -3,7 +3,7 @@
 A correlative match is no finer than its grid (1 cm, 0.2 degrees), which the benchmark would read as imprecision. This
 moves the match to where the hits lie on the lines through the reference hits (point-to-line metric: Censi 2008, ICRA;
 lines from the local mean and scatter of the hits: Biber and Strasser 2003, IROS). The predicted
-pose takes part with a weak prior, so that a direction that the walls leave open (along a corridor) stays as predicted.
+pose takes part as a prior, so that a direction that the walls leave open (along a corridor) stays as predicted.
 """
 
 from __future__ import annotations
@@ -14,16 +14,19 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from taskslam.geometry import FloatArray
-from taskslam.slam.karto.scan_points import Points, ScanPoints
+from taskslam.geometry import FloatArray, wrap
+from taskslam.slam.karto.scan_points import ScanPoints
 
 CELL = 0.05  # metres; a line is fitted to the hits of 3 x 3 cells
 _NOISE = 0.015  # metres: hit noise and line error
 _OUTLIER = 0.05  # metres: scale of the Cauchy weight
 _ITERATIONS = 10
-_MINIMUM_HITS = 5.0
+_MINIMUM_HITS = 5.0  # in the 3 x 3 cells
+_ONE_NORMAL = 0.95  # length of the mean of the hits' normals: below it they belong to a corner or to two faces
+_FLAT = 0.1  # largest ratio of the scatter across the line to that along it
 _FULL_WEIGHT = 5.0  # metres: hits nearer than this count in proportion to their distance
-PRIOR = np.array([0.02, 0.02, 0.01])  # metres, metres, radians: trust in the predicted pose
+PRIOR = np.array([0.004, 0.004, 0.01])  # metres, metres, radians: trust in the pose predicted from the last scan
+_CELLS = 0.02  # metres: a correlative match this far from the prediction may still be rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,29 +55,24 @@ class SurfaceMap:
         self._lines = _fit_lines(points, normals, self._origin, self._index)
 
     def refine(self, scan: ScanPoints, start: FloatArray, predicted: FloatArray) -> Refined:
-        """Move `start` (3,) so that the scan's hits lie on the lines."""
+        """Move `start` (3,) so that the scan's hits lie on the lines.
+
+        predicted: (3,) by odometry from the last pose; holds the direction that the lines leave open, along a corridor.
+        The further the start is from it, the less it is trusted.
+        """
+        doubt = max(0.0, float(np.hypot(*(start - predicted)[:2])) - _CELLS)
+        trust = PRIOR + np.array([doubt, doubt, abs(float(wrap(start[2] - predicted[2])))])
         pose, information, share = _gauss_newton(
             self._index,
             self._lines,
             self._origin,
             scan.points,
             scan.normals,
-            _weights(scan.points, scan.sensor),
             start,
             predicted,
-            1.0 / PRIOR**2,
+            1.0 / trust**2,
         )
         return Refined(pose, np.linalg.inv(information), share)
-
-
-def _weights(points: Points, sensor: FloatArray) -> FloatArray:
-    """(N,) weights that keep near walls, where hits crowd, from outvoting far ones, which tell the heading.
-
-    Leaving out crowded hits instead would choose among noisy ones by their noise: that pulled the heading by
-    0.08 degrees.
-    """
-    distance = np.hypot(points[:, 0] - sensor[0], points[:, 1] - sensor[1])
-    return np.asarray(np.minimum(1.0, distance / _FULL_WEIGHT))
 
 
 @njit(cache=True)
@@ -134,13 +132,13 @@ def _fit_lines(points: FloatArray, normals: FloatArray, origin: FloatArray, inde
                         nx += m[6]
                         ny += m[7]
                 # Normals that disagree are a corner or both faces of a thin wall: no one line.
-                if n < _MINIMUM_HITS or np.hypot(nx, ny) < 0.85 * n:
+                if n < _MINIMUM_HITS or np.hypot(nx, ny) < _ONE_NORMAL * n:
                     continue
                 mx, my = sx / n, sy / n
                 cxx, cxy, cyy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
                 half = 0.5 * (cxx + cyy)
                 root = np.sqrt(0.25 * (cxx - cyy) ** 2 + cxy * cxy)
-                if half - root > 0.25 * (half + root):
+                if half - root > _FLAT * (half + root):
                     continue
                 angle = 0.5 * np.arctan2(2 * cxy, cxx - cyy)
                 ux, uy = -np.sin(angle), np.cos(angle)
@@ -162,7 +160,6 @@ def _gauss_newton(
     origin: FloatArray,
     points: FloatArray,
     normals: FloatArray,
-    weights: FloatArray,
     start: FloatArray,
     predicted: FloatArray,
     prior: FloatArray,
@@ -193,7 +190,10 @@ def _gauss_newton(
                 continue
             e = nx * (x - lines[row, 0]) + ny * (y - lines[row, 1])
             used += 1
-            w = weights[p] / (_NOISE * _NOISE * (1.0 + (e / _OUTLIER) ** 2))
+            # Crowded hits on near walls must not outvote far ones, which tell the heading. By the distance of the line:
+            # a hit's own carries its noise, and leaving out crowded hits chooses by it; either pulls the pose.
+            near = np.hypot(lines[row, 0] + origin[0] - pose[0], lines[row, 1] + origin[1] - pose[1])
+            w = min(1.0, near / _FULL_WEIGHT) / (_NOISE * _NOISE * (1.0 + (e / _OUTLIER) ** 2))
             jt = nx * -ry + ny * rx
             H[0, 0] += w * nx * nx
             H[0, 1] += w * nx * ny
