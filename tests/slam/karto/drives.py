@@ -92,8 +92,8 @@ def drive(
         sample = WheelOdometry(k * STEP, SE2(*odom), float(ahead[0] * rate), float(ahead[2] * rate))
         measurements.append(sample)
         if k % SCAN_EVERY == 0 and k + SCAN_EVERY < len(truth):
-            following = truth[k + SCAN_EVERY] if rolling else None
-            measurements.append(_scan(walls, robot, pose, following, k * STEP, rng))
+            previous = truth[max(k - SCAN_EVERY, 0)] if rolling else None
+            measurements.append(_scan(walls, robot, previous, pose, k * STEP, rng))
             at_scans.append(compose(start, pose))
     return Drive(robot, measurements, np.array(at_scans))
 
@@ -144,22 +144,22 @@ def _odometry(
 def _scan(
     walls: np.ndarray,
     robot: Robot,
+    previous: np.ndarray | None,
     pose: np.ndarray,
-    following: np.ndarray | None,
     stamp: int,
     rng: np.random.Generator,
 ) -> LaserScan:
     lidar = robot.rig.lidar_2d
     assert lidar is not None
-    share = np.linspace(0, 1, lidar.samples) if following is not None else np.zeros(lidar.samples)
-    step = compose(invert(pose), following) if following is not None else np.zeros(3)
+    share = np.linspace(-1, 0, lidar.samples) if previous is not None else np.zeros(lidar.samples)
+    step = -compose(invert(pose), previous) if previous is not None else np.zeros(3)
     poses = compose(np.broadcast_to(pose, (lidar.samples, 3)), share[:, None] * step)
     origins = poses[:, :2] + lidar.mount.xyz[0] * np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=1)
     ranges = cast(walls, origins, poses[:, 2] + lidar.angles())
     ranges = ranges + rng.normal(0, lidar.noise, len(ranges))
     ranges = np.round(ranges / lidar.resolution) * lidar.resolution
     ranges[(ranges > lidar.range_max) | (ranges < lidar.range_min)] = np.inf
-    gap = round(SCAN_EVERY * STEP / lidar.samples) if following is not None else 0
+    gap = round(SCAN_EVERY * STEP / lidar.samples) if previous is not None else 0
     return LaserScan(
         stamp,
         ranges.astype(np.float32),

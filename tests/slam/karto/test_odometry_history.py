@@ -28,12 +28,12 @@ def test_any_instant_is_read_between_samples_and_a_little_after(history, stamp) 
     assert found.theta == pytest.approx(expected.theta, abs=1e-9)
 
 
-def test_motion_within_a_scan_begins_at_the_identity(history) -> None:
-    offsets = np.arange(1024, dtype=np.int64) * 97_656
+def test_motion_within_a_scan_ends_at_the_identity(history) -> None:
+    offsets = np.arange(-1023, 1, dtype=np.int64) * 97_656
     motion = history.motion_within(400 * MS, offsets)
-    assert motion[0] == pytest.approx(np.zeros(3), abs=1e-12)
-    expected = arc(400 * MS).T_odom_base.inverse() @ arc(400 * MS + int(offsets[-1])).T_odom_base
-    assert motion[-1] == pytest.approx(expected.array(), abs=1e-5)
+    assert motion[-1] == pytest.approx(np.zeros(3), abs=1e-12)
+    expected = arc(400 * MS).T_odom_base.inverse() @ arc(400 * MS + int(offsets[0])).T_odom_base
+    assert motion[0] == pytest.approx(expected.array(), abs=1e-5)
 
 
 def test_samples_that_are_old_or_not_finite_are_ignored(history) -> None:

@@ -60,12 +60,11 @@ class OdometryHistory:
         return out
 
     def motion_within(self, stamp: int, offsets: npt.NDArray[np.int64]) -> FloatArray:
-        """(N, 3) poses of the base at stamp + offsets (ns), seen from the base at stamp: what deskewing needs.
+        """(N, 3) poses of the base at stamp + offsets (ns, rising), seen from the base at stamp: what deskewing needs.
 
         Read at 9 instants and interpolated linearly in between: within one turn of a LiDAR the motion is smooth.
         """
-        last = int(offsets[-1]) if len(offsets) else 0
-        knots = np.linspace(0, last, 9)
+        knots = np.linspace(offsets[0], offsets[-1], 9)
         poses = self.at_many((stamp + knots).astype(np.int64))
         start = self.at(stamp).inverse().array()
         relative = compose(np.broadcast_to(start, poses.shape), poses)

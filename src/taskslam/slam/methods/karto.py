@@ -106,7 +106,7 @@ class Karto(SlamMethod):
             return PoseEstimate(scan.stamp, SE2(*mapper.pose).matrix(), Status.STARTING)
         motion = None
         if self._settings.deskew and scan.time_increment:
-            offsets = np.arange(len(scan.ranges), dtype=np.int64) * scan.time_increment
+            offsets = np.arange(1 - len(scan.ranges), 1, dtype=np.int64) * scan.time_increment
             motion = self._odometry.motion_within(scan.stamp, offsets)
         points = scan_to_points(scan, self._T_base_laser, self._settings.max_laser_range, motion)
         whole_turn = abs(scan.angle_increment) * len(scan.ranges) >= _WHOLE_TURN
