@@ -8,8 +8,8 @@ Settings are those of the paper's runs in simulation (protocol 1.3): 800 feature
 threshold of 12/5 tracks no better on rendered images and lets more noise in.
 
 The card's latency is what a pair takes on two cores of this decade. It is below the 33 ms between two frames of the
-published cameras, so none is skipped: image-to-image rotation of more than some 6 degrees is what loses ORB-SLAM3. On
-a robot that is slower than that (`measured` with a `cpu_scale`) the newest pair wins, as in the authors' ROS node, whose
+published cameras, so none is skipped: image-to-image rotation of more than some 6 degrees is what loses ORB-SLAM3. On a
+robot that is slower than that (`measured` with a `cpu_scale`) the newest pair wins, as in the authors' ROS node, whose
 subscribers have a queue of one.
 
 Not deterministic: mapping and loop closing run in threads of their own; `pacing.py` keeps them in step with simulated

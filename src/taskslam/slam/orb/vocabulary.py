@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 import numpy as np
 import numpy.typing as npt
@@ -84,7 +84,7 @@ def write_text(vocabulary: Vocabulary, path: Path) -> None:
     path.write_text("\n".join(lines), encoding="ascii")
 
 
-def save(vocabulary: Vocabulary, file: BinaryIO) -> None:
+def save(vocabulary: Vocabulary, file: IO[bytes]) -> None:
     """Write the vocabulary as a compressed archive of plain arrays."""
     np.savez_compressed(
         file,
@@ -96,7 +96,7 @@ def save(vocabulary: Vocabulary, file: BinaryIO) -> None:
     )
 
 
-def load(file: BinaryIO) -> Vocabulary:
+def load(file: IO[bytes]) -> Vocabulary:
     """The inverse of `save`."""
     with np.load(file, allow_pickle=False) as archive:
         branches, depth, images = (int(number) for number in archive["shape"])
@@ -127,6 +127,6 @@ def check_text(path: Path) -> None:
         good = 2 <= branches <= _MOST_BRANCHES and 1 <= depth <= _MOST_LEVELS and scoring <= 5 and weighting <= 3
     if not good or len(node.split()) != 3 + DESCRIPTOR_BYTES:
         raise InputError(
-            f"vocabulary {path}: expected the text format of ORBvoc.txt: a line such as '10 6 0 0', then lines of parent, "
-            f"leaf, {DESCRIPTOR_BYTES} bytes and weight; got {head[:40]!r}"
+            f"vocabulary {path}: expected the text format of ORBvoc.txt: a line such as '10 6 0 0', then lines of "
+            f"parent, leaf, {DESCRIPTOR_BYTES} bytes and weight; got {head[:40]!r}"
         )
