@@ -13,7 +13,7 @@ from taskslam.report.markers import Style, draw_marker
 from taskslam.report.svg import Svg
 
 _LEFT, _TOP, _RIGHT, _BOTTOM = 46.0, 34.0, 20.0, 44.0
-_WIDTH, _HEIGHT = 520.0, 340.0
+_SIZE = (520.0, 340.0)
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,12 @@ class Curve:
     marked: bool = False
 
 
-def curve_figure(curves: list[Curve], limit_m: float, diameter_m: float | None) -> Markup:
+def curve_figure(
+    curves: list[Curve], limit_m: float, diameter_m: float | None, size: tuple[float, float] = _SIZE
+) -> Markup:
     """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above if there is one D."""
-    plot_w, plot_h = _WIDTH - _LEFT - _RIGHT, _HEIGHT - _TOP - _BOTTOM
-    svg = Svg(_WIDTH, _HEIGHT, f"Cumulative precision of {len(curves)} runs up to {limit_m * 100:.0f} cm")
+    plot_w, plot_h = size[0] - _LEFT - _RIGHT, size[1] - _TOP - _BOTTOM
+    svg = Svg(*size, f"Cumulative precision of {len(curves)} runs up to {limit_m * 100:.0f} cm")
 
     def x_of(metres: float) -> float:
         return _LEFT + metres / limit_m * plot_w

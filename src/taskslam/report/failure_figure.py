@@ -9,9 +9,11 @@ from markupsafe import Markup
 
 from taskslam.geometry import SE2
 from taskslam.report import palette
+from taskslam.report.labels import place_labels
 from taskslam.report.plan_drawing import begin_plan, draw_failure, draw_start, draw_waypoint, plan_view
 from taskslam.world import FloorPlan
 
+_QUIET = "#9aa3b0"  # waypoints stand back behind the crosses
 _NEAR = 26.0  # of a drawing 1000 wide: marks closer than this would hide one another's number
 
 
@@ -25,7 +27,7 @@ def failure_figure(
     if start is not None:
         draw_start(svg, start, view)
     for number, goal in enumerate(goals, start=1):
-        draw_waypoint(svg, goal, str(number), True, view)
+        draw_waypoint(svg, goal, str(number), True, view, ink=_QUIET)
     groups: list[tuple[SE2, list[int]]] = []
     for number, pose in places:
         for at, numbers in groups:
@@ -36,11 +38,12 @@ def failure_figure(
             groups.append((pose, [number]))
     for at, _ in groups:
         draw_failure(svg, at, view)
-    for at, numbers in groups:
-        x, y = view(np.array([[at.x, at.y]]))[0]
-        side, anchor = (15, "start") if x < 0.8 * view.width else (-15, "end")
-        svg.text(x + side, y + 5, number_list(numbers), fill=palette.FAILURE, font_size=15, font_weight=700,
-                 text_anchor=anchor, class_="halo")  # fmt: skip
+    marks = [(float(x), float(y)) for x, y in (view(np.array([[at.x, at.y]]))[0] for at, _ in groups)]
+    texts = [number_list(numbers) for _, numbers in groups]
+    area = (0.0, 0.0, view.width, view.height)
+    for (x, y), text, place in zip(marks, texts, place_labels(marks, texts, 12.0, 15.0, area), strict=True):
+        at_x, at_y = place or (x + 15, y + 5)  # crowded: on top of something, but never left out
+        svg.text(at_x, at_y, text, fill=palette.FAILURE, font_size=15, font_weight=700, class_="halo")
     return svg.markup()
 
 

@@ -10,7 +10,6 @@ from taskslam.geometry import FloatArray
 
 FLOOR = 1e-4  # m; smaller errors are drawn here
 _ROUND = (1.0, 2.0, 5.0)
-_MOST_TICKS = 8
 
 
 @dataclass(frozen=True)
@@ -25,11 +24,14 @@ class LogAxis:
         inside = min(max(metres, self.low), self.high)
         return math.log(inside / self.low) / math.log(self.high / self.low)
 
-    def ticks(self, unit: float) -> list[float]:
-        """Round multiples of `unit` metres on the axis, as numbers of units: 1, 2, 5, 10, ... or 1, 10, 100."""
+    def ticks(self, unit: float, most: int = 8) -> list[float]:
+        """Round multiples of `unit` metres on the axis, as numbers of units: 1, 2, 5, 10, ... or 1, 10, 100.
+
+        most: with more than so many, only the powers of ten are kept.
+        """
         low, high = self.low / unit, self.high / unit
         found = [value for value in _round_numbers(low, high) if low * (1 - 1e-9) <= value <= high * (1 + 1e-9)]
-        if len(found) <= _MOST_TICKS:
+        if len(found) <= most:
             return found
         return [value for value in found if abs(math.log10(value) - round(math.log10(value))) < 1e-9]
 

@@ -61,18 +61,19 @@ def begin_plan(plan: FloorPlan | None, view: PlanView, label: str) -> Svg:
     return svg
 
 
-def draw_waypoint(svg: Svg, target: SE2, label: str, complete: bool, view: PlanView) -> None:
+def draw_waypoint(svg: Svg, target: SE2, label: str, complete: bool, view: PlanView, ink: str = palette.INK) -> None:
     """Draw a goal as a disc with its heading; hollow if it was missed at least once."""
     x, y = view(np.array([[target.x, target.y]]))[0]
     tip = _ahead(x, y, target.theta, 23)
     base = _ahead(x, y, target.theta, 11)
     left, right = _ahead(*tip, target.theta + 2.6, 7), _ahead(*tip, target.theta - 2.6, 7)
-    svg.line(*base, *tip, stroke=palette.INK, stroke_width=1.8)
-    svg.polyline(np.array([left, tip, right]), stroke=palette.INK, stroke_width=1.8, stroke_linejoin="round")
-    fill = palette.INK if complete else "#ffffff"
-    svg.circle(x, y, 11, fill=fill, stroke=palette.INK, stroke_width=1.8)
-    ink = "#ffffff" if complete else palette.INK
-    svg.text(x, y + 4.3, label, fill=ink, font_size=12, font_weight=600, text_anchor="middle")
+    svg.line(*base, *tip, stroke=ink, stroke_width=1.8)
+    svg.polyline(np.array([left, tip, right]), stroke=ink, stroke_width=1.8, stroke_linejoin="round")
+    fill = ink if complete else "#ffffff"
+    svg.circle(x, y, 11, fill=fill, stroke=ink, stroke_width=1.8)
+    svg.text(
+        x, y + 4.3, label, fill="#ffffff" if complete else ink, font_size=12, font_weight=600, text_anchor="middle"
+    )
 
 
 def draw_start(svg: Svg, start: SE2, view: PlanView) -> None:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from taskslam.report import palette
+from taskslam.report.labels import place_labels
 from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.markers import Style, draw_marker
 from taskslam.report.svg import Svg
 
-_SIZE = 400.0
-_LEFT, _TOP, _RIGHT, _BOTTOM = 50.0, 30.0, 44.0, 44.0
-_LETTER, _LINE = 6.6, 14.0  # the room that a letter of a label takes
+_SIZE = 380.0
+_LEFT, _TOP, _RIGHT, _BOTTOM = 50.0, 30.0, 50.0, 44.0
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
             svg.line(x, top, x, bottom, stroke=palette.HAIRLINE, stroke_width=1)
             svg.text(left - 8, y + 4, f"{tick:g}", text_anchor="end")
             svg.text(x, bottom + 18, f"{tick:g}", text_anchor="middle")
-        for tick in axis.ticks(diameter_m) if diameter_m else []:
+        for tick in axis.ticks(diameter_m, 5) if diameter_m else []:
             x, y = x_of(tick * diameter_m), y_of(tick * diameter_m)  # type: ignore[operator]
             svg.line(x, top, x, top - 5, stroke=palette.MUTED, stroke_width=1)
             svg.line(right, y, right + 5, y, stroke=palette.MUTED, stroke_width=1)
@@ -62,30 +63,18 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
         svg.text(13, (top + bottom) / 2, "precision E, cm", text_anchor="middle",
                  transform=f"rotate(-90 13 {(top + bottom) / 2:g})")  # fmt: skip
     svg.line(left, bottom, right, top, stroke=palette.FAILURE, stroke_width=1.4, stroke_dasharray="6 4")
-    svg.text(right - 6, top + 32, "E = e", fill=palette.FAILURE, font_size=12, text_anchor="end", class_="halo")
+    x, y = left + 0.2 * side_w, bottom - 0.2 * side_h
+    turn = math.degrees(math.atan2(side_h, side_w))
+    svg.text(x, y - 6, "E = e", fill=palette.FAILURE, font_size=12, text_anchor="middle", class_="halo",
+             transform=f"rotate(-{turn:.1f} {x:.1f} {y:.1f})")  # fmt: skip
     places = [(x_of(point.accuracy_m), y_of(point.precision_m)) for point in points]
-    _draw_labels(svg, points, places, right)
-    for point, (x, y) in zip(points, places, strict=True):
+    names = [point.name for point in points]
+    for name, place in zip(names, place_labels(places, names, 8.0, 12.0, (left, top, right, bottom)), strict=True):
+        if place is not None:  # else the legend must do
+            svg.text(*place, name, fill=palette.INK, font_size=12, class_="halo")
+    # Hollow markers last: a filled one would hide them.
+    for point, (x, y) in sorted(zip(points, places, strict=True), key=lambda pair: not pair[0].complete):
         with svg.group():
             svg.add("title", f"{point.name}: E {point.precision_m * 100:.2f} cm, e {point.accuracy_m * 100:.2f} cm")
             draw_marker(svg, point.style, x, y, 6.0, filled=point.complete)
     return svg.markup()
-
-
-def _draw_labels(svg: Svg, points: Sequence[Point], places: Sequence[tuple[float, float]], right: float) -> None:
-    """Write each name beside its marker where it hides nothing; where there is no room the legend must do."""
-    taken = [(x - 9, y - 9, x + 9, y + 9) for x, y in places]
-    for point, (x, y) in zip(points, places, strict=True):
-        width = _LETTER * len(point.name)
-        for left, base in ((x + 11, y + 4), (x - 11 - width, y + 4), (x - width / 2, y + 22), (x - width / 2, y - 12)):
-            box = (left, base - _LINE + 3, left + width, base + 3)
-            inside = left > _LEFT + 2 and box[2] < right - 2
-            if inside and not any(_overlap(box, other) for other in taken):
-                svg.text(left, base, point.name, fill=palette.INK, font_size=12, class_="halo",
-                         textLength=width, lengthAdjust="spacingAndGlyphs")  # fmt: skip
-                taken.append(box)
-                break
-
-
-def _overlap(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -16,7 +16,9 @@ from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.markers import Style, marker_icon
 from taskslam.report.scatter_figure import Point, scatter_axis, scatter_figure
 from taskslam.report.views import MODES, CurvePanel, RunView, ScenarioView, curve_of
-from taskslam.report.violin_figure import violin_strip
+from taskslam.report.violin_figure import MOST_TICKS, violin_strip
+
+_CURVE_SIZE = (380.0, 290.0)  # smaller than a scenario's: three columns stand beside one another
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,12 @@ class SuiteView:
     field_of_view: float | None
     rounds: tuple[int, ...]
 
+    def violin_ticks(self, unit: float) -> list[tuple[float, float]]:
+        """Numbers of units and where they stand on the violins' axis in percent."""
+        most = MOST_TICKS if unit == 0.01 else 7
+        axis = self.violin_axis
+        return [(tick, 100 * axis.share(tick * unit)) for tick in axis.ticks(unit, most)]
+
     def ranked(self, mode: str) -> list[Entry]:
         """Methods in one mode, the most complete and then the most precise first."""
         entries = [entry for method in self.methods for entry in method.entries if entry.mode == mode]
@@ -110,17 +118,25 @@ class SuiteView:
             share = words.percent(best.pooled.completeness)
             return f"No method reached every waypoint in every round; {best.name} came furthest with {share} %."
         number = sum(entry.complete for entry in ranked)
-        text = f"{number} of {_count(len(ranked), 'method')} reached every waypoint in every round"
+        of_all = _count(len(ranked), "method")
+        who = f"{best.name} alone of {of_all}" if number == 1 < len(ranked) else f"{number} of {of_all}"
+        text = f"{who} reached every waypoint in every round"
         E = best.pooled.position.precision_m
         if E is None:
             return f"{text}."
-        closest = best.name if number == 1 else f"Of them {best.name} comes back most closely"
-        return f"{text}. {closest}: arrivals lie {words.centimetres(E)} cm from their mean."
+        closest = "its" if number == 1 else f"{best.name} comes back most closely: its"
+        return f"{text}; {closest} arrivals lie {words.centimetres(E)} cm from their mean."
 
     @property
     def title(self) -> str:
-        """How many methods and scenarios."""
-        return f"{_count(len(self.methods), 'method')}, {_count(len(self.scenarios), 'scenario')}"
+        """How many methods and scenarios; references apart."""
+        references = sum(method.entries[0].is_reference for method in self.methods)
+        counts = [
+            (len(self.methods) - references, "method"),
+            (references, "reference"),
+            (len(self.scenarios), "scenario"),
+        ]
+        return ", ".join(_count(number, what) for number, what in counts if number)
 
     @property
     def waypoints(self) -> int:
@@ -218,7 +234,9 @@ def _curves(entries: Sequence[Entry], diameter: float | None) -> tuple[CurvePane
         (near, f"the first {100 * near:g} cm, enlarged"),
     ):
         panels += [
-            CurvePanel(f"{words.mode(mode).capitalize()}, {what}", curve_figure(curves[mode], limit, diameter))
+            CurvePanel(
+                f"{words.mode(mode).capitalize()}, {what}", curve_figure(curves[mode], limit, diameter, _CURVE_SIZE)
+            )
             for mode in MODES
             if curves[mode]
         ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,6 +67,18 @@ class RunView:
         """The method's marker, filled if every waypoint was reached every time."""
         return marker_icon(self.style, self.label, self.metrics.complete_waypoints == self.metrics.planned_waypoints)
 
+    @property
+    def method_icon(self) -> Markup:
+        """The method's marker, as on a curve."""
+        return marker_icon(self.style, self.label)
+
+    @property
+    def rank(self) -> tuple[int, float, float, str, int]:
+        """Sorts by mode, then completeness, then E."""
+        metrics = self.metrics
+        E = math.inf if metrics.position.precision_m is None else metrics.position.precision_m
+        return (MODES.index(metrics.mode), -metrics.completeness, E, self.label, metrics.seed)
+
 
 @dataclass(frozen=True)
 class CurvePanel:
@@ -117,7 +130,11 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
 
 
 def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
-    """The runs of one scenario. in_suite: one curve a mode, with markers, and the failures on a floor plan."""
+    """The runs of one scenario.
+
+    in_suite: best runs first, one curve figure a mode, with markers, and the failures on a floor plan.
+    """
+    runs = sorted(runs, key=lambda run: run.rank) if in_suite else runs
     first = runs[0].manifest
     failures = tuple((run, failure) for run in runs for failure in run.metrics.failures)
     return ScenarioView(

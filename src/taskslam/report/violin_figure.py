@@ -19,6 +19,7 @@ from taskslam.report.svg import Svg
 _WIDTH, _HALF = 1000.0, 30.0
 _LEAST = 3  # values; fewer have no shape worth drawing
 _POINTS = 60
+MOST_TICKS = 11
 _STEADY = {"vector_effect": "non-scaling-stroke"}  # the strip is stretched, its lines are not
 
 
@@ -38,7 +39,7 @@ def kernel_density(values: npt.ArrayLike, at: npt.ArrayLike) -> FloatArray:
 def violin_strip(without: Sequence[float], with_map: Sequence[float], axis: LogAxis, colour: str, name: str) -> Markup:
     """Draw both halves of one method over an axis in metres; it may be stretched to any width."""
     svg = Svg(_WIDTH, 2 * _HALF, f"Spread of E over the waypoints of {name}", kind="strip", stretched=True)
-    for tick in axis.ticks(0.01):
+    for tick in axis.ticks(0.01, MOST_TICKS):
         x = axis.share(tick / 100) * _WIDTH
         svg.line(x, 0, x, 2 * _HALF, stroke=palette.HAIRLINE, **_STEADY)
     svg.line(0, _HALF, _WIDTH, _HALF, stroke=palette.HAIRLINE, **_STEADY)
