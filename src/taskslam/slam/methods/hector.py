@@ -17,8 +17,8 @@ Where it differs from hector_mapping as the benchmark ran it, and why:
   information of one metre and one radian, so that a bare corridor leaves the pose along it where it was.
 - Log-odds stay within 50 on both sides; the original bounds the occupied side.
 
-Its limits: along bare walls nothing tells the way, and it does not notice (in the corridors of TSRB it slips by a metre,
-of which a map without loops is never cured); a rolling scan is taken as an instant.
+Its limits: along bare walls nothing tells the way, and it does not notice (in the corridors of TSRB it slips by a
+metre, which a map without loops never takes back); a rolling scan is taken as an instant.
 """
 
 from __future__ import annotations
