@@ -131,7 +131,7 @@ class _Child:
         self._say_acknowledged()
         reply: wire.Header = {"say": "done", "number": number, "compute": compute}
         if self._pacer is not None and is_frame:
-            reply["took"] = self._pacer.used()
+            reply["took"] = self._pacer.took()
         if self._images is not None and (released := self._images.released()):
             reply["released"] = released
         answer: wire.Arrays = {}

@@ -60,8 +60,17 @@ class Pacer:
         self._began, self._frozen, self._delays = time.monotonic_ns(), 0, _run_delays()
 
     def used(self) -> int:
-        """Wall time in ns that the method has had since `take_frame`."""
+        """Wall time in ns that the method's own threads have had since `take_frame`."""
+        return self._elapsed(own=False)
+
+    def took(self) -> int:
+        """Wall time in ns that the frame has taken since `take_frame` on cores that nobody else wanted."""
+        return self._elapsed(own=True)
+
+    def _elapsed(self, own: bool) -> int:
         delays = _run_delays()
+        if not own:  # while this thread waits for a core, the others may run
+            delays.pop(str(threading.get_native_id()), None)
         waited = max((delay - self._delays.get(thread, 0) for thread, delay in delays.items()), default=0)
         return time.monotonic_ns() - self._began - self._frozen - waited
 
