@@ -43,6 +43,7 @@ def test_the_first_entry_of_a_path_is_the_start_and_not_a_goal(write) -> None:  
         ("tsrb", 17),
         ("house", 12),
         ("warehouse", 16),
+        ("hospital", 19),
     ],
 )
 def test_shipped_scenarios_have_the_waypoint_counts_of_the_paper(name: str, goals: int) -> None:

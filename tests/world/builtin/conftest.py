@@ -125,7 +125,7 @@ def digest_elsewhere(name, **environment):
     return found
 
 
-NAMES = ("house", "warehouse")
+NAMES = ("house", "warehouse", "hospital")
 
 
 @pytest.fixture(scope="session")

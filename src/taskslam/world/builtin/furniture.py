@@ -149,6 +149,15 @@ def office_chair(b: Builder, p: Palette, fabric: Surface) -> None:
     b.box((-0.04, -0.03, 0.44), (0.04, 0.0, 0.62), p.black)
 
 
+def swivel_chair_at(b: Builder, p: Palette, fabric: Surface, x: float, y: float) -> None:
+    """Add a swivel chair that looks towards the back of the frame, its seat's middle at x, y + 0.25 m."""
+    b.cylinder((x, y + 0.25), 0.27, 0.05, 0.10, p.black, 0.06, sides=10)
+    b.cylinder((x, y + 0.25), 0.035, 0.10, 0.42, p.steel, sides=10)
+    b.soft_box((x - 0.25, y, 0.40), (x + 0.25, y + 0.48, 0.50), fabric, 0.04)
+    b.soft_box((x - 0.23, y + 0.44, 0.56), (x + 0.23, y + 0.52, 1.05), fabric, 0.05)
+    b.box((x - 0.04, y + 0.50, 0.44), (x + 0.04, y + 0.53, 0.62), p.black)
+
+
 def bed(b: Builder, p: Palette, wide: float, frame: Surface, quilt: Surface, pillows: int) -> None:
     """Add a bed 2.08 m long with its headboard at the back."""
     b.box((-wide / 2 - 0.04, 0.0, 0.0), (wide / 2 + 0.04, 0.06, 1.05), frame, skip="-z")

@@ -45,6 +45,12 @@ class Palette:
     def _enamel(self, name: str, colour: Colour) -> Surface:
         return self._add(name, textures.enamel(self._bank, self._dice(), colour), (0.8, 0.8), shiny=True)
 
+    def _ceiling_tiles(self) -> Surface:
+        """Return a suspended ceiling of 0.6 m tiles, brightened by what the floor throws back."""
+        image = textures.tiles(self._bank, self._dice(), [(238, 238, 234)], (176, 178, 178), count=4)
+        material = Material("ceiling tiles", (1.0, 1.0, 1.0, 1.0), image, emissive=(0.26, 0.26, 0.26))
+        return self._builder.material(material, (2.4, 2.4))
+
     def _make_structure(self) -> None:
         """Make the floors and walls of one kind of building."""
         raise NotImplementedError

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from taskslam.world.builtin import prints, textures
+from taskslam.world.builtin.builder import Surface
 from taskslam.world.builtin.palette import Palette
 from taskslam.world.builtin.textures import Colour
+from taskslam.world.world import Material
 
 
 class HousePalette(Palette):
@@ -76,3 +78,46 @@ class WarehousePalette(Palette):
         ]
         tubs: list[Colour] = [(40, 92, 164), (196, 56, 48), (64, 132, 80), (232, 172, 48), (110, 116, 122)]
         self.tubs = [self._enamel(f"plastic tub {k}", colour) for k, colour in enumerate(tubs)]
+
+
+class HospitalPalette(Palette):
+    """A hospital: linoleum, plain paint with hardly any structure in the corridors, curtains, enamel."""
+
+    def _make_structure(self) -> None:
+        bank, dice = self._bank, self._dice
+        chips: list[Colour] = [(150, 160, 160), (236, 238, 234), (120, 136, 142)]
+
+        def lino(name: str, ground: Colour) -> Surface:
+            return self._add(name, prints.fleck(bank, dice(), ground, chips), (1.6, 1.6))
+
+        self.corridor_floor = lino("linoleum, grey", (196, 202, 200))
+        self.ward_floor = lino("linoleum, blue", (158, 184, 196))
+        self.care_floor = lino("linoleum, green", (172, 196, 178))
+        self.office_floor = lino("linoleum, sand", (208, 194, 168))
+        self.ceiling_tiles = self._ceiling_tiles()
+        stone: list[Colour] = [(206, 200, 190)]
+        lobby = textures.tiles(bank, dice(), stone, (150, 144, 136), count=4)
+        self.lobby_floor = self._add("lobby tiles", lobby, (2.4, 2.4))
+        oak = textures.planks(bank, dice(), (130, 94, 60), (214, 174, 126))
+        self.oak_floor = self._add("oak floor", oak, (2.4, 2.4))
+        glazed: list[Colour] = [(206, 224, 222), (196, 216, 214), (214, 228, 226)]
+        theatre = textures.tiles(bank, dice(), glazed, (150, 172, 172), count=8)
+        self.theatre_wall = self._add("theatre tiles", theatre, (2.4, 2.4))
+        self.facade = self._plaster("facade", (226, 222, 212))
+        self.plain_wall = self._add("plain paint", textures.enamel(bank, dice(), (232, 232, 224), 512), (4.0, 4.0))
+        self.dado = self._add("wall guard", textures.enamel(bank, dice(), (162, 190, 190), 512), (3.0, 3.0))
+        self.lobby_wall = self._plaster("lobby plaster", (236, 228, 214))
+        self.blue_wall = self._plaster("blue plaster", (196, 214, 226), 2.8)
+        self.green_wall = self._plaster("green plaster", (204, 220, 200), 2.7)
+        self.yellow_wall = self._plaster("yellow plaster", (238, 226, 188), 2.9)
+        self.peach_wall = self._plaster("peach plaster", (238, 214, 196), 3.1)
+        self.drape = self._fabric("drape", (132, 178, 182), [(206, 222, 218), (98, 150, 160)])
+        self.blanket = self._fabric("hospital blanket", (190, 206, 222), [(220, 228, 236)])
+        self.vinyl = self._enamel("vinyl", (54, 110, 140))
+        self.scrub_green = self._fabric("theatre cloth", (70, 140, 124))
+        self.guide_blue = self._add("guide line, blue", prints.tape(bank, dice(), (60, 120, 180)), (0.6, 0.6))
+        self.red_paint = self._enamel("red paint", (190, 44, 40))
+        self.files = self._add("files", prints.shelf_of_files(bank, dice()), (0.9, 0.3))
+        self.views = [self.view() for _ in range(4)]
+        panel = Material("ceiling light", (1.0, 1.0, 1.0, 1.0), None, emissive=(0.85, 0.87, 0.86))
+        self.light_panel = self._builder.material(panel, (1.0, 1.0))
