@@ -1,0 +1,38 @@
+import pytest
+
+from taskslam.report import cards
+
+
+@pytest.mark.parametrize(
+    ("licence", "limits"), [("GPL-3.0-only", ["GPL"]), ("GPL-2.0", ["GPL"]), ("LGPL-3.0", []), ("MIT", []), ("", [])]
+)
+def test_only_gpl_counts_as_gpl(licence, limits):
+    assert cards.known_limits({"licence": licence, "kind": "slam", "map_mode": "continue"}) == limits
+
+
+def test_the_limits_of_an_odometry():
+    card = {
+        "kind": "odometry",
+        "map_mode": "none",
+        "deterministic": False,
+        "odometry_prior": True,
+        "needs_still_start": 2.0,
+    }
+    assert cards.known_limits(card) == [
+        "odometry only",
+        "no map reuse",
+        "not deterministic",
+        "uses wheel odometry as prior",
+        "stands still 2 s first",
+    ]
+
+
+def test_a_card_that_says_nothing_is_shown_as_such():
+    assert cards.known_limits({}) == []
+    assert [cards.sensor_suite({}), cards.kind({}), cards.map_mode({}), cards.yes_or_no({}, "deterministic")] == [
+        "–"
+    ] * 4
+
+
+def test_sensors_in_words():
+    assert cards.sensor_suite({"sensors": ["point_cloud", "imu"]}) == "3D LiDAR + IMU"
