@@ -99,7 +99,7 @@ class SuiteView:
 
     def violin_ticks(self, unit: float) -> list[tuple[float, float]]:
         """Numbers of units and where they stand on the violins' axis in percent."""
-        most = MOST_TICKS if unit == 0.01 else 7
+        most = MOST_TICKS if unit == 0.01 else 4  # `0.002 D` is long, and a phone narrow
         axis = self.violin_axis
         return [(tick, 100 * axis.share(tick * unit)) for tick in axis.ticks(unit, most)]
 
