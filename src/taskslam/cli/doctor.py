@@ -14,6 +14,7 @@ import typer
 
 _CORE = ("numpy", "scipy", "numba", "embreex", "trimesh", "pycollada", "gtsam", "pydantic", "matplotlib")
 _IMPORTS = {"pycollada": "collada"}
+_OWN_VARIABLES = ("TASKSLAM_", "PYORBSLAM3_")
 _SUPPORTED = ((3, 11), (3, 13))
 _ENOUGH_DISK_GB = 2.0
 _ENOUGH_MEMORY_GB = 4.0
@@ -44,7 +45,7 @@ def doctor() -> None:
 
     colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
     console = Console(highlight=False)
-    findings = [*machine(), *core_packages(), *methods(), *environment()]
+    findings = [*machine(), *core_packages(), *methods(), *system_libraries(), *environment()]
     width = max(len(finding.what) for finding in findings)
     for finding in findings:
         colour = colours[finding.health]
@@ -138,10 +139,28 @@ def methods() -> list[Finding]:
     return findings
 
 
+def system_libraries() -> list[Finding]:
+    """Libraries of the system that installed methods take for granted."""
+    from importlib.util import find_spec
+
+    from taskslam.slam.orb.system_libraries import LIBRARIES, install_command, missing_libraries
+
+    if find_spec("pyorbslam3") is None:
+        return []
+    what = "orb_slam3 libraries"
+    if missing := missing_libraries():
+        return [
+            Finding(what, Health.NOTE, f"orb_slam3 cannot start without {', '.join(missing)}", install_command(missing))
+        ]
+    return [Finding(what, Health.GOOD, f"all {len(LIBRARIES)} system libraries of pyorbslam3")]
+
+
 def environment() -> list[Finding]:
     """The variables that change what the benchmark does, and whether the folders that they name exist."""
     findings = []
-    names = sorted({"GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", *(k for k in os.environ if k.startswith("TASKSLAM_"))})
+    names = sorted(
+        {"GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", *(k for k in os.environ if k.startswith(_OWN_VARIABLES))}
+    )
     for name in names:
         value = os.environ.get(name, "")
         if not value:
