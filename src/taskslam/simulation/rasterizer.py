@@ -106,7 +106,7 @@ def rasterize(
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def screen_planes(p0, p1, p2, numbers, out):  # type: ignore[no-untyped-def]
     """Three affine functions of the pixel, (3, 3) rows A, B, C of A * column + B * row + C, for one triangle.
 
@@ -132,7 +132,7 @@ def screen_planes(p0, p1, p2, numbers, out):  # type: ignore[no-untyped-def]
     return scale
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _box_depth(low, high, rotation, position, numbers, width, height):  # type: ignore[no-untyped-def]
     """(B,) depth of the nearest corner of each box, not below 0; -1 for a box wholly outside one side of the view."""
     focal, cx, cy, near, far = numbers
@@ -155,7 +155,7 @@ def _box_depth(low, high, rotation, position, numbers, width, height):  # type: 
     return depth
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _outside(column, row, depth, width, top, bottom, near, far):  # type: ignore[no-untyped-def]
     """Bits of the sides of the view that a point lies beyond; column and row are multiplied by depth."""
     code = 0
@@ -174,7 +174,7 @@ def _outside(column, row, depth, width, top, bottom, near, far):  # type: ignore
     return code
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _draw_blocks(  # type: ignore[no-untyped-def]
     order, first_triangle, first_vertex, vertices, triangles, most, low, high, holes, rotation, position, numbers,
     width, top, bottom, inverse_depth, seen,
@@ -245,14 +245,12 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
                     line = row * width + left
                     for i in range(right - left):
                         w = start + step * np.float32(i)
-                        if w > inverse_depth[line + i] and (
-                            not holed or _is_opaque(left + i, row, t, planes, holes)
-                        ):
+                        if w > inverse_depth[line + i] and (not holed or _is_opaque(left + i, row, t, planes, holes)):
                             inverse_depth[line + i] = w
                             seen[line + i] = t
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _spans(corner, last, width, top, bottom, spans):  # type: ignore[no-untyped-def]
     """Columns left..right of each row that the triangle of corners 0, last - 1 and last covers.
 
@@ -287,7 +285,7 @@ def _spans(corner, last, width, top, bottom, spans):  # type: ignore[no-untyped-
     return first, end, w0 - along * x0 - down * y0, along, down
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _refresh(inverse_depth, width, top, bottom, farthest):  # type: ignore[no-untyped-def]
     """The smallest inverse depth in each tile of the band."""
     column_least = np.empty(width, np.float32)
@@ -303,7 +301,7 @@ def _refresh(inverse_depth, width, top, bottom, farthest):  # type: ignore[no-un
             farthest[tile_row, column // _TILE] = min(farthest[tile_row, column // _TILE], column_least[column])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _is_hidden(low, high, rotation, position, numbers, width, top, bottom, farthest):  # type: ignore[no-untyped-def]
     """Whether a box lies behind what was drawn, in every tile that it may touch."""
     focal, cx, cy, near = numbers[0], numbers[1], numbers[2], numbers[3]
@@ -333,7 +331,7 @@ def _is_hidden(low, high, rotation, position, numbers, width, top, bottom, farth
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _clip_near(p0, p1, p2, numbers, out):  # type: ignore[no-untyped-def]
     """Screen corners (up to 4, 3) of the part of a triangle beyond the near plane; returns how many.
 
@@ -359,7 +357,7 @@ def _clip_near(p0, p1, p2, numbers, out):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _is_opaque(column, row, name, planes, holes):  # type: ignore[no-untyped-def]
     """Whether a cut-out's texture is opaque where the pixel's ray meets it, at the detail that the pixel resolves."""
     entries, texel_uv, opacity, offset, width_log2, height_log2 = holes

@@ -26,14 +26,24 @@ OPTICAL_IN_BODY = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0,
 class View:
     """One rendered picture.
 
-    radiance_root: (H, W) float32, or (H, W, 3) in colour: square root of linear light, not yet exposed; depth: (H, W)
-    float32 m along the optical axis, +inf where nothing is nearer than far; triangle: (H, W) int32 index into
-    `World.visual`, -1 where there is none.
+    radiance_root: (H, W) float32, or (H, W, 3) in colour: square root of linear light, not yet exposed; drawn: (H, W)
+    int32 index into `source`, -1 where nothing is seen; source: (T,) int32 index into `World.visual`; inverse_depth:
+    (H, W) float32, 1 / m along the optical axis where something is seen.
     """
 
     radiance_root: npt.NDArray[np.float32]
-    depth: npt.NDArray[np.float32]
-    triangle: npt.NDArray[np.int32]
+    drawn: npt.NDArray[np.int32]
+    source: npt.NDArray[np.int32]
+    inverse_depth: npt.NDArray[np.float32]
+
+    def depth(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32 m along the optical axis, +inf where nothing stands between near and far."""
+        return np.where(self.drawn >= 0, np.float32(1.0) / self.inverse_depth, np.float32(np.inf))
+
+    def triangle(self) -> npt.NDArray[np.int32]:
+        """(H, W) int32 index into `World.visual`, -1 where nothing is seen."""
+        named: npt.NDArray[np.int32] = np.append(self.source, np.int32(-1))[self.drawn]  # index -1 finds the last
+        return named
 
 
 class Scene:
@@ -78,14 +88,14 @@ class Scene:
         rotation = np.ascontiguousarray(invert_se3(T_world_camera)[:3, :3])
         position = np.ascontiguousarray(T_world_camera[:3, 3], dtype=np.float64)
         shape = (pinhole.height, pinhole.width)
-        inverse_depth, triangle = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        inverse_depth, drawn = np.empty(shape, np.float32), np.empty(shape, np.int32)
         planes = np.empty((len(self._atlas.planes), *shape), np.float32)
         order = visible_blocks(self.blocks, rotation, position, pinhole)
 
         def band(rows: tuple[int, int]) -> None:
-            rasterize(self.blocks, order, self._cut_outs, rotation, position, pinhole, rows, inverse_depth, triangle)
+            rasterize(self.blocks, order, self._cut_outs, rotation, position, pinhole, rows, inverse_depth, drawn)
             for plane in range(len(planes)):
-                self._shade(plane, triangle, rotation, position, pinhole, rows, planes[plane])
+                self._shade(plane, drawn, rotation, position, pinhole, rows, planes[plane])
 
         edges = np.linspace(0, pinhole.height, max(1, threads) + 1).astype(int)
         bands = [(int(a), int(b)) for a, b in pairwise(edges)]
@@ -94,12 +104,13 @@ class Scene:
         else:
             with ThreadPoolExecutor(len(bands)) as pool:
                 list(pool.map(band, bands))
-        return _view(planes, inverse_depth, triangle, self.blocks.source)
+        light = planes[0] if len(planes) == 1 else np.moveaxis(planes, 0, 2)
+        return View(light, drawn, self.blocks.source, inverse_depth)
 
     def _shade(
         self,
         plane: int,
-        triangle: npt.NDArray[np.int32],
+        drawn: npt.NDArray[np.int32],
         rotation: FloatArray,
         position: FloatArray,
         pinhole: Pinhole,
@@ -108,7 +119,7 @@ class Scene:
     ) -> None:
         blocks, atlas, light = self.blocks, self._atlas, self._light
         shade(
-            triangle,
+            drawn,
             blocks.vertices,
             blocks.triangles,
             self._entry,
@@ -135,22 +146,9 @@ def render(world: World, T_world_camera: FloatArray, pinhole: Pinhole, color: bo
     return Scene(world, color).view(T_world_camera, pinhole, threads)
 
 
-def depth_image(view: View, near: float, far: float) -> npt.NDArray[np.float32]:
-    """(H, W) float32 depth in metres as depth cameras give it: 0 where nothing stands between near and far (m)."""
-    seen = (view.depth >= near) & (view.depth <= far)
-    return np.where(seen, view.depth, 0.0).astype(np.float32)
-
-
-def _view(
-    planes: npt.NDArray[np.float32],
-    inverse_depth: npt.NDArray[np.float32],
-    triangle: npt.NDArray[np.int32],
-    source: npt.NDArray[np.int32],
-) -> View:
-    light = planes[0] if len(planes) == 1 else np.moveaxis(planes, 0, 2)
-    depth = np.where(triangle >= 0, np.float32(1.0) / inverse_depth, np.float32(np.inf))
-    named = np.append(source, np.int32(-1))[triangle]  # index -1 finds the last
-    return View(light, depth, named)
+def depth_image(view: View) -> npt.NDArray[np.float32]:
+    """(H, W) float32 m along the optical axis as depth cameras give it: 0 where nothing was measured."""
+    return np.where(view.drawn >= 0, np.float32(1.0) / view.inverse_depth, np.float32(0.0))
 
 
 def _texel_uv(
