@@ -5,8 +5,8 @@ It is told the mounts, so its pose is that of the base; it belongs to the end of
 
 Where the settings are not the package's own, and why:
 
-- `voxel_size` is 0.3 m and scans are thinned once (`double_downsample` False): the package's 1 m, thinned twice, is
-  for streets, and leaves too few of a cloud of 7,040 points in a room.
+- `voxel_size` is 0.3 m: the package's 1 m is for streets. On a tour of the AWS small house 0.3 m was off by 2.5 cm,
+  0.2 m by 6 cm and 0.1 m by 30 cm: the finer the map, the more the rings of a sparse cloud stick to its own.
 - `initialization_phase` is on: gravity and biases are taken from the standing start.
 - `max_num_threads` is 1, so that a run repeats.
 - `deskew` is on only if the LiDAR's turn takes time (`rolling`). `min_range` and `max_range` are the LiDAR's.
@@ -59,7 +59,7 @@ class RkoLio(SlamMethod):
         convergence_criterion: float = 1e-5,
         max_expected_jerk: float = 3.0,
         min_beta: float = 200.0,
-        double_downsample: bool = False,
+        double_downsample: bool = True,
         initialization_phase: bool = True,
         max_num_threads: int = 1,
     ) -> None:
