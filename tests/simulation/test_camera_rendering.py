@@ -174,9 +174,8 @@ def test_texture_coordinates_run_up_and_repeat() -> None:
     a, b, c, d = (2, 1, -1), (2, -1, -1), (2, -1, 1), (2, 1, 1)
     uv = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
     wall = mesh_of([[a, b, c], [a, c, d]], uv)
-    image = render(
-        world_of(wall, Material("half", (1, 1, 1, 1), quarters)), standing(0, 0, 0, 0.0), SMALL
-    ).radiance_root
+    look = Material("half", (1, 1, 1, 1), quarters)
+    image = render(world_of(wall, look), standing(0, 0, 0, 0.0), SMALL).radiance_root
     assert image[40, 94] > 0.3
     assert image[80, 94] < 0.01
     shifted = replace(wall, uv=wall.uv + np.float32(7.0))
