@@ -44,6 +44,7 @@ def test_the_first_entry_of_a_path_is_the_start_and_not_a_goal(write) -> None:  
         ("house", 12),
         ("warehouse", 16),
         ("hospital", 19),
+        ("office", 17),
     ],
 )
 def test_shipped_scenarios_have_the_waypoint_counts_of_the_paper(name: str, goals: int) -> None:

@@ -125,7 +125,7 @@ def digest_elsewhere(name, **environment):
     return found
 
 
-NAMES = ("house", "warehouse", "hospital")
+NAMES = ("house", "warehouse", "hospital", "office")
 
 
 @pytest.fixture(scope="session")

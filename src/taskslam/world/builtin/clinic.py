@@ -160,12 +160,3 @@ def operating_table(b: Builder, p: HospitalPalette) -> None:
     b.cylinder((0.0, 0.3), 0.05, 2.3, 2.8, p.steel, sides=10)
     b.cylinder((0.0, 0.3), 0.38, 2.18, 2.30, p.porcelain, 0.2, sides=16, closed=False)
     b.disc((0.0, 0.3), 0.37, 2.185, p.light_panel, sides=16, up=False, solid=False)
-
-
-def lift_doors(b: Builder, p: HospitalPalette) -> None:
-    """Add the closed doors of a lift on a wall, with call button and display."""
-    b.box((-0.75, 0.0, 0.0), (0.75, 0.04, 2.3), p.granite, skip="-y -z")
-    for x0, x1 in ((-0.6, -0.006), (0.006, 0.6)):
-        b.box((x0, 0.04, 0.01), (x1, 0.05, 2.12), p.steel, skip="-y -z")
-    b.box((-0.16, 0.04, 2.15), (0.16, 0.06, 2.26), p.black, skip="-y")
-    b.box((0.85, 0.0, 1.0), (0.95, 0.02, 1.2), p.steel, skip="-y")

@@ -24,9 +24,9 @@ Built from one seed, the same bytes on every machine.
 
 from __future__ import annotations
 
-from taskslam.geometry import pose_from_xyz_rpy
 from taskslam.world.builtin import hospital_rooms as rooms
 from taskslam.world.builtin.builder import Builder, Surface
+from taskslam.world.builtin.lamps import hang_lamps
 from taskslam.world.builtin.palettes import HospitalPalette
 from taskslam.world.builtin.structure import (
     OUTER_WALL,
@@ -38,7 +38,7 @@ from taskslam.world.builtin.structure import (
     build_shell,
     room_between,
 )
-from taskslam.world.world import Light, World
+from taskslam.world.world import World
 
 SEED = 47
 LOW, HIGH = (-12.5, -28.0), (12.5, 28.0)
@@ -59,16 +59,13 @@ def build_hospital() -> World:
     for room in floor_plan:
         build_room(b, room, openings, trim)
     build_openings(b, openings, p.corridor_floor, trim, INNER_WALL)
-    lamps = [lamp for room in floor_plan for lamp in _lamps(room)]
-    for x, y in lamps:
-        with b.model("lamp", x, y):
-            b.box((-0.3, -0.6, HEIGHT - 0.03), (0.3, 0.6, HEIGHT), p.light_panel, skip="+z", solid=False)
+    lights = hang_lamps(b, floor_plan, HEIGHT, p.light_panel)
     rooms.furnish_lobby(b, p)
     rooms.furnish_corridors(b, p)
     rooms.furnish_wards(b, p)
     rooms.furnish_core(b, p)
     rooms.furnish_care(b, p)
-    return b.world("hospital", tuple(_light(x, y) for x, y in lamps), (0.50, 0.50, 0.50), (0.74, 0.82, 0.90))
+    return b.world("hospital", lights, (0.50, 0.50, 0.50), (0.74, 0.82, 0.90))
 
 
 def _rooms(p: HospitalPalette) -> list[Room]:
@@ -149,26 +146,3 @@ def _windows(p: HospitalPalette) -> list[Opening]:
         Opening("y", north, -1.7, 1.7, 0.0, 2.4, p.views[2]),  # the entrance, of glass
         *row("y", south, (-8.8, 0.0, 8.8), 2.4, 0.95),
     ]
-
-
-def _lamps(room: Room) -> list[tuple[float, float]]:
-    """Spread lamps over a room's ceiling, one for every 14 m or less of its sides."""
-    (x0, y0), (x1, y1) = room.low, room.high
-    columns, rows = (max(round((end - start) / 11.0), 1) for start, end in ((x0, x1), (y0, y1)))
-    return [
-        (x0 + (i + 0.5) * (x1 - x0) / columns, y0 + (j + 0.5) * (y1 - y0) / rows)
-        for j in range(rows)
-        for i in range(columns)
-    ]
-
-
-def _light(x: float, y: float) -> Light:
-    """Return the light of one lamp."""
-    return Light(
-        name="lamp",
-        type="point",
-        pose=pose_from_xyz_rpy((x, y, HEIGHT - 0.3), (0.0, 0.0, 0.0)),
-        diffuse=(0.62, 0.63, 0.62),
-        attenuation_range=13.0,
-        attenuation=(0.6, 0.06, 0.06),
-    )

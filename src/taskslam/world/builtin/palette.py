@@ -47,7 +47,7 @@ class Palette:
 
     def _ceiling_tiles(self) -> Surface:
         """Return a suspended ceiling of 0.6 m tiles, brightened by what the floor throws back."""
-        image = textures.tiles(self._bank, self._dice(), [(238, 238, 234)], (176, 178, 178), count=4)
+        image = textures.tiles(self._bank, self._dice(), [(238, 238, 234)], (176, 178, 178), count=4, spread=0.03)
         material = Material("ceiling tiles", (1.0, 1.0, 1.0, 1.0), image, emissive=(0.26, 0.26, 0.26))
         return self._builder.material(material, (2.4, 2.4))
 
@@ -112,6 +112,11 @@ class Palette:
         """Return a new notice board of that many metres, about 2.5 mm per pixel."""
         image = prints.notice_board(self._bank, self._dice(), _pixels(wide, 0.0025), _pixels(tall, 0.0025))
         return self._add(f"notices {self._count}", image, None)
+
+    def whiteboard(self, wide: float, tall: float) -> Surface:
+        """Return a new whiteboard of that many metres, about 3 mm per pixel."""
+        image = prints.whiteboard(self._bank, self._dice(), _pixels(wide, 0.003), _pixels(tall, 0.003))
+        return self._add(f"whiteboard {self._count}", image, None)
 
     def sign(self, text: str, ground: Colour = (30, 70, 130), ink: Colour = (250, 250, 246)) -> Surface:
         """Return a plate with a few large characters."""

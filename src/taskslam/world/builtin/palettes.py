@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from taskslam.world.builtin import prints, textures
 from taskslam.world.builtin.builder import Surface
 from taskslam.world.builtin.palette import Palette
@@ -96,7 +98,7 @@ class HospitalPalette(Palette):
         self.office_floor = lino("linoleum, sand", (208, 194, 168))
         self.ceiling_tiles = self._ceiling_tiles()
         stone: list[Colour] = [(206, 200, 190)]
-        lobby = textures.tiles(bank, dice(), stone, (150, 144, 136), count=4)
+        lobby = textures.tiles(bank, dice(), stone, (150, 144, 136), count=4, spread=0.09)
         self.lobby_floor = self._add("lobby tiles", lobby, (2.4, 2.4))
         oak = textures.planks(bank, dice(), (130, 94, 60), (214, 174, 126))
         self.oak_floor = self._add("oak floor", oak, (2.4, 2.4))
@@ -120,4 +122,47 @@ class HospitalPalette(Palette):
         self.files = self._add("files", prints.shelf_of_files(bank, dice()), (0.9, 0.3))
         self.views = [self.view() for _ in range(4)]
         panel = Material("ceiling light", (1.0, 1.0, 1.0, 1.0), None, emissive=(0.85, 0.87, 0.86))
+        self.light_panel = self._builder.material(panel, (1.0, 1.0))
+
+
+class OfficePalette(Palette):
+    """An office floor: plain corridors, carpet tiles in the rooms, brick outside."""
+
+    def _make_structure(self) -> None:
+        bank, dice = self._bank, self._dice
+        chips: list[Colour] = [(126, 122, 116), (226, 222, 214), (96, 100, 104)]
+        terrazzo = prints.fleck(bank, dice(), (178, 174, 166), chips)
+        self.corridor_floor = self._add("terrazzo", terrazzo, (1.8, 1.8))
+
+        def carpet(name: str, colours: list[Colour]) -> Surface:
+            image = textures.tiles(bank, dice(), colours, colours[0], count=4)
+            weave = textures.fabric(bank, dice(), (255, 255, 255), 1024)
+            woven = (image.astype(np.uint16) * weave // 235).clip(0, 255).astype(np.uint8)
+            return self._add(name, woven, (2.0, 2.0))
+
+        self.grey_carpet = carpet("carpet tiles, grey", [(112, 118, 126), (122, 128, 134)])
+        self.blue_carpet = carpet("carpet tiles, blue", [(74, 98, 128), (84, 108, 134)])
+        self.green_carpet = carpet("carpet tiles, green", [(104, 124, 100), (96, 116, 96)])
+        oak = textures.planks(bank, dice(), (130, 94, 60), (214, 174, 126))
+        self.oak_floor = self._add("oak floor", oak, (2.4, 2.4))
+        self.concrete = self._add("concrete", prints.concrete(bank, dice(), (182, 180, 174)), (4.0, 4.0))
+        cement: list[Colour] = [(206, 206, 200), (150, 160, 166)]
+        self.wash_floor = self._add("floor tiles", textures.tiles(bank, dice(), cement, (110, 114, 116)), (2.4, 2.4))
+        glazed: list[Colour] = [(216, 222, 222), (206, 214, 216)]
+        self.wash_wall = self._add(
+            "wall tiles", textures.tiles(bank, dice(), glazed, (160, 170, 174), 1024, 12), (2.4, 2.4)
+        )
+        red: list[Colour] = [(150, 84, 66), (134, 70, 56), (166, 100, 80)]
+        self.brick = self._add("brick", textures.bricks(bank, dice(), red, (190, 182, 170), spread=0.3), (2.4, 2.4))
+        self.ceiling_tiles = self._ceiling_tiles()
+        self.plain_wall = self._add("plain paint", textures.enamel(bank, dice(), (228, 226, 220), 512), (4.0, 4.0))
+        self.white_wall = self._plaster("white plaster", (236, 234, 228))
+        self.blue_wall = self._plaster("blue plaster", (150, 178, 200), 2.8)
+        self.green_wall = self._plaster("green plaster", (170, 192, 160), 2.7)
+        self.ochre_wall = self._plaster("ochre plaster", (226, 196, 140), 2.9)
+        self.door_wood = self._wood("door, beech", (176, 128, 84), (216, 172, 126))
+        self.red_paint = self._enamel("red paint", (190, 44, 40))
+        self.files = self._add("files", prints.shelf_of_files(bank, dice()), (0.9, 0.3))
+        self.views = [self.view() for _ in range(4)]
+        panel = Material("ceiling light", (1.0, 1.0, 1.0, 1.0), None, emissive=(0.85, 0.86, 0.84))
         self.light_panel = self._builder.material(panel, (1.0, 1.0))

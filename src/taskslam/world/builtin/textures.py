@@ -91,8 +91,9 @@ def tiles(
     size: int = 1024,
     count: int = 8,
     ornament: float = 0.0,
+    spread: float = 0.18,
 ) -> Image:
-    """Square tiles with a tone of their own each; a share `ornament` of them carries a drawing."""
+    """Square tiles with a tone of their own each, within `spread`; a share `ornament` of them carries a drawing."""
     cloud, grain = bank.take("cloud", size, dice), bank.take("grain", size, dice)
     shade = np.float32(0.80) + cloud * np.float32(0.22) + grain * np.float32(0.14)
     image = np.empty((size, size, 3), np.uint8)
@@ -101,7 +102,7 @@ def tiles(
     for i in range(count):
         for j in range(count):
             part = (slice(i * edge, (i + 1) * edge), slice(j * edge, (j + 1) * edge))
-            tone = np.float32(dice.uniform(0.88, 1.06))
+            tone = np.float32(dice.uniform(1.06 - spread, 1.06))
             image[part] = paint(shade[part] * tone, colours[(i + j) % len(colours)])
             if dice.uniform() < ornament:
                 _ornament(image[part], dice, grout)

@@ -122,3 +122,12 @@ def extinguisher(b: Builder, p: Palette, red: Surface) -> None:
     """Add a fire extinguisher on a wall, its foot 0.2 m above the floor."""
     b.cylinder((0.0, 0.10), 0.08, 0.20, 0.66, red, sides=12)
     b.cylinder((0.0, 0.10), 0.03, 0.66, 0.76, p.black, sides=8)
+
+
+def lift_doors(b: Builder, p: Palette) -> None:
+    """Add the closed doors of a lift on a wall, with call button and display."""
+    b.box((-0.75, 0.0, 0.0), (0.75, 0.04, 2.3), p.granite, skip="-y -z")
+    for x0, x1 in ((-0.6, -0.006), (0.006, 0.6)):
+        b.box((x0, 0.04, 0.01), (x1, 0.05, 2.12), p.steel, skip="-y -z")
+    b.box((-0.16, 0.04, 2.15), (0.16, 0.06, 2.26), p.black, skip="-y")
+    b.box((0.85, 0.0, 1.0), (0.95, 0.02, 1.2), p.steel, skip="-y")
