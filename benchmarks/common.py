@@ -10,6 +10,7 @@ from taskslam.benchmark.run import machine, versions
 _WORLDS = {
     "aws_small_house": "aws_small_house/worlds/small_house.world",
     "aws_small_warehouse": "aws_small_warehouse/worlds/no_roof_small_warehouse.world",
+    "aws_hospital": "aws_hospital/worlds/hospital.world",
 }
 
 
