@@ -48,7 +48,10 @@ class LatencyModel:
         return round(card_latency * NANOSECONDS) if self.mode is LatencyMode.FIXED else 0
 
     def after(self, compute: int) -> int:
-        """Latency in ns in `measured` mode of a frame that took `compute` ns of CPU time in the child."""
+        """Latency in ns in `measured` mode of a frame that took `compute` ns in the child.
+
+        CPU time; for a method whose threads share the work, the wall time where that is shorter.
+        """
         return round(compute * self.cpu_scale)
 
 
