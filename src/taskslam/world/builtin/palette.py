@@ -47,7 +47,9 @@ class Palette:
 
     def _ceiling_tiles(self) -> Surface:
         """Return a suspended ceiling of 0.6 m tiles, brightened by what the floor throws back."""
-        image = textures.tiles(self._bank, self._dice(), [(238, 238, 234)], (176, 178, 178), count=4, spread=0.03)
+        image = textures.tiles(
+            self._bank, self._dice(), [(238, 238, 234)], (176, 178, 178), count=4, spread=0.03, wear=0.06
+        )
         material = Material("ceiling tiles", (1.0, 1.0, 1.0, 1.0), image, emissive=(0.26, 0.26, 0.26))
         return self._builder.material(material, (2.4, 2.4))
 

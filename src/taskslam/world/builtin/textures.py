@@ -92,10 +92,11 @@ def tiles(
     count: int = 8,
     ornament: float = 0.0,
     spread: float = 0.18,
+    wear: float = 0.22,
 ) -> Image:
-    """Square tiles with a tone of their own each, within `spread`; a share `ornament` of them carries a drawing."""
+    """Square tiles with a tone of their own each (`spread`) and clouds (`wear`); a share `ornament` carries a drawing."""
     cloud, grain = bank.take("cloud", size, dice), bank.take("grain", size, dice)
-    shade = np.float32(0.80) + cloud * np.float32(0.22) + grain * np.float32(0.14)
+    shade = np.float32(1.02 - wear) + cloud * np.float32(wear) + grain * np.float32(0.14)
     image = np.empty((size, size, 3), np.uint8)
     edge = size // count
     gap = max(2, size // 340)
