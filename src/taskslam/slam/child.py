@@ -131,7 +131,7 @@ class _Child:
         self._say_acknowledged()
         reply: wire.Header = {"say": "done", "number": number, "compute": compute}
         if self._pacer is not None and is_frame:
-            # Its threads share the work of a frame; where others hold the cores, the wall clock tells more than it took.
+            # Its threads share the work of a frame, but where others hold the cores, the wall clock tells too much.
             reply["took"] = min(self._pacer.took(), compute)
         if self._images is not None and (released := self._images.released()):
             reply["released"] = released
