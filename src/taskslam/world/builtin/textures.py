@@ -94,7 +94,7 @@ def tiles(
     spread: float = 0.18,
     wear: float = 0.22,
 ) -> Image:
-    """Square tiles with a tone of their own each (`spread`) and clouds (`wear`); a share `ornament` carries a drawing."""
+    """Square tiles, each with its own tone (`spread`), under clouds (`wear`); a share `ornament` carries a drawing."""
     cloud, grain = bank.take("cloud", size, dice), bank.take("grain", size, dice)
     shade = np.float32(1.02 - wear) + cloud * np.float32(wear) + grain * np.float32(0.14)
     image = np.empty((size, size, 3), np.uint8)
