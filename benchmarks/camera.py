@@ -147,9 +147,9 @@ def main() -> None:
     for name, median in medians.items():
         print(f"{name:30} {1e3 * median:6.1f} ms a frame, ours takes {ours / median:.2f} of it")
     sensor = StereoCameraSensor(camera, world, seed=0)
-    motion = Motion(0, SE2())
-    sensor.measure(0, motion)
-    pair = statistics.median(seconds(lambda: sensor.measure(0, motion)) for _ in range(20))
+    motions = [Motion(0, SE2.from_matrix(T @ np.linalg.inv(OPTICAL_IN_BODY))) for T in poses(arguments.views)]
+    sensor.measure(0, motions[0])
+    pair = statistics.median(seconds(lambda motion=motion: sensor.measure(0, motion)) for motion in motions)
     print(f"{'a pair with exposure and noise':30} {1e3 * pair:6.1f} ms")
     if arguments.memory is not None:
         large = load_world(arguments.memory)
