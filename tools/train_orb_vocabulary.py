@@ -1,7 +1,7 @@
 """Trains the vocabulary that ships with `orb_slam3` on images of the built-in worlds.
 
     pip install opencv-python-headless
-    python tools/train_orb_vocabulary.py [--images 400] [--seed 1]
+    python tools/train_orb_vocabulary.py [--images 120] [--seed 1]
 
 At random places of the free floor of each built-in scenario, the published stereo camera takes a picture in a random
 direction; ORB as OpenCV computes it (the same sampling pattern as ORB-SLAM3's) describes it. The same versions give the
@@ -28,7 +28,7 @@ from taskslam.simulation.motion import Motion
 from taskslam.slam.orb.vocabulary import save
 from taskslam.slam.orb.vocabulary_training import train
 
-SCENARIOS = ("house",)
+SCENARIOS = ("house", "warehouse", "hospital")
 CLEARANCE_M = 0.5
 FEATURES = 500
 DESTINATION = Path(__file__).parents[1] / "src/taskslam/slam/orb/vocabulary.npz"
@@ -36,7 +36,7 @@ DESTINATION = Path(__file__).parents[1] / "src/taskslam/slam/orb/vocabulary.npz"
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--images", type=int, default=400, help="in each scenario")
+    parser.add_argument("--images", type=int, default=120, help="in each scenario")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     rng = np.random.default_rng(asked.seed)
