@@ -1,5 +1,4 @@
-"""`rko_lio`: the adapter of RKO-LIO, LiDAR-inertial odometry (Malladi et al. 2025, "A robust approach for LiDAR-inertial
-odometry without sensor-specific modeling").
+"""`rko_lio`: the adapter of RKO-LIO, LiDAR-inertial odometry that needs no model of its sensors (Malladi et al. 2025).
 
 It is told the mounts, so its pose is that of the base; it belongs to the end of the turn, the stamp of our clouds.
 

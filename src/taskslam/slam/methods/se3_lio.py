@@ -36,7 +36,7 @@ class Se3Lio(SlamMethod):
         needs_still_start=1.0,
         map_mode=MapMode.CONTINUE,
         deterministic=True,
-        latency=0.1,
+        latency=0.05,
         queue=1,
         homepage="https://pypi.org/project/se3-lio/",
         extra="se3-lio",
