@@ -36,12 +36,13 @@ def test_the_cameras_look_ahead_and_the_right_one_stands_to_the_right(rig):
 
 
 @pytest.mark.skipif(importlib.util.find_spec("dim_odom") is None, reason="dim-odom is not installed (extra 'cuvslam')")
-def test_it_follows_a_drive(rig):
+def test_it_follows_a_drive_and_repeats_to_the_byte(rig):
     from taskslam.simulation.simulator import Simulator
     from taskslam.world.loading import load_world
 
-    method = Cuvslam()
-    method.start(rig)
+    one, two = Cuvslam(), Cuvslam()
+    one.start(rig)
+    two.start(rig)
     simulator = Simulator(load_world("house"), load_robot("turtlebot2"), 0, sensors={Sensor.STEREO_IMAGES})
     simulator.reset(SE2(0.0, 0.0, 0.0))
     errors = []
@@ -49,9 +50,8 @@ def test_it_follows_a_drive(rig):
         simulator.drive(*((0.0, 0.0) if beat < 20 else (0.3, 0.4 if beat // 20 % 2 else -0.4)))
         for measurement in simulator.advance(simulator.now + TICK):
             if isinstance(measurement, StereoImages):
-                truth = simulator.true_pose()
-                estimate = method.feed(measurement)
-                if estimate is not None:
-                    errors.append(truth.distance_to(SE2.from_matrix(estimate.T_start_base)))
+                estimate, again = one.feed(measurement), two.feed(measurement)
+                assert estimate.T_start_base.tobytes() == again.T_start_base.tobytes()
+                errors.append(simulator.true_pose().distance_to(SE2.from_matrix(estimate.T_start_base)))
     assert len(errors) > 170
     assert max(errors) < 0.1

@@ -65,6 +65,7 @@ class Cuvslam(SlamMethod):
         except ImportError as error:  # a library of the extra's that the loader did not find
             raise unavailable(self.card.name, self.card, ModuleNotFoundError(str(error), name="dim_odom")) from error
         mounts = {name: _transform(T) for name, T in zip(_CAMERAS, camera_mounts(camera), strict=True)}
+        mounts["base"] = _transform(np.eye(4))  # asked for with every pair
         self._image_class = dim_odom.ImageFrame
         self._odometry = dim_odom.CuvslamOdometry(
             {
