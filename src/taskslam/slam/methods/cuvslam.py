@@ -1,6 +1,7 @@
 """`cuvslam`: the adapter of dim-odom, which runs NVIDIA's cuVSLAM visual odometry, here on the CPU (`use_gpu` False).
 
 Odometry only: no loop closure, no map, and it never says that it sees nothing; forty black frames give forty poses.
+Two instances in one process share a state and differ by a millimetre; alone in its process, a run repeats.
 The extra brings NVIDIA's CUDA libraries (1.5 GB), which the package loads even where there is no GPU.
 
 The package is told where the cameras sit, so its pose is that of the base; it belongs to the pair's stamp.
