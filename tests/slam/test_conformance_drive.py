@@ -5,6 +5,7 @@ import pytest
 
 from taskslam.geometry import wrap
 from taskslam.measurements import NANOSECONDS, ImuSamples, LaserScan, PointCloud, Sensor
+from taskslam.slam import conformance_room
 from taskslam.slam.conformance_drive import ConformanceDrive
 
 SECOND = NANOSECONDS
@@ -62,16 +63,21 @@ def test_the_points_of_a_cloud_lie_on_the_floor_and_on_the_boxes(rig, rolling):
     x, y, z = cloud.points.astype(float).T + np.array(rig.lidar_3d.mount.xyz)[:, None]
     poses = np.array([drive.pose(cloud.stamp + int(t)).array() for t in cloud.time_offset])
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    in_room = np.stack([poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y - 1.8], axis=1)  # start: (0, -1.8)
-    walls = np.array([-4.0, 4.0, -3.0, 3.0])
-    off_walls = np.abs(in_room[:, [0, 0, 1, 1]] - walls).min(axis=1)
-    tops = np.abs(z[:, None] - np.array([0.0, 0.9, 1.8, 0.7, 1.1, 1.4, 0.6])).min(axis=1)
-    inner = np.array([-1.2, 1.0, -2.9, 3.2, 1.5, 2.7, -3.2, -2.4, 3.6])
-    sides = np.abs(in_room[:, :1] - inner).min(axis=1)
-    fronts = np.abs(in_room[:, 1:] - np.array([-0.5, 0.5, 1.8, -1.6, 2.5, -2.6, 0.4, 1.5])).min(axis=1)
-    assert np.minimum.reduce([off_walls, tops, sides, fronts]).max() < 2e-5
-    assert (off_walls < 1e-4).sum() > 1000
-    assert (np.abs(z) < 1e-4).sum() > 500
+    in_room = np.stack([poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y - 1.8, z], axis=1)  # start: (0, -1.8)
+    standing = [(x0, y0, x1, y1, 0.0, top) for x0, y0, x1, y1, top in conformance_room.STANDING]
+    off = np.array([to_surface(box, in_room) for box in [*standing, *conformance_room.HANGING]])
+    assert off.min(axis=0).max() < 2e-5
+    assert (off[0] < 1e-4).sum() > 1500
+    assert (off[1:].min(axis=0) < 1e-4).sum() > 500
+
+
+def to_surface(box, points):
+    """Distance of (N, 3) points to the surface of a box, from within or without."""
+    x0, y0, x1, y1, bottom, top = box
+    low, high = np.array([x0, y0, bottom]), np.array([x1, y1, top])
+    beyond = np.maximum(low - points, points - high)
+    outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+    return np.where(outside > 0, outside, np.abs(beyond.max(axis=1)))
 
 
 def test_inertial_samples_without_noise_integrate_to_the_motion(rig):

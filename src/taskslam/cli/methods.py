@@ -29,7 +29,7 @@ def list_methods() -> None:
 
     table = Table(box=None, header_style="bold", padding=(0, 1, 0, 0))
     for column in ("method", "kind", "sensors", "licence", "map", "repeats", "ready"):
-        table.add_column(column, no_wrap=True)
+        table.add_column(column, no_wrap=column != "licence")
     broken = []
     for state in inspect_methods():
         if state.card is None:

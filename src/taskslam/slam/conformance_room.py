@@ -12,7 +12,7 @@ import numpy as np
 from taskslam.geometry import FloatArray
 
 # x0, y0, x1, y1 and height in metres: the room itself, the island, and the boxes along the walls.
-_STANDING = (
+STANDING = (
     (-4.0, -3.0, 4.0, 3.0, 2.6),
     (-1.2, -0.5, 1.0, 0.5, 0.9),
     (-4.0, 1.8, -2.9, 3.0, 1.8),
@@ -22,7 +22,7 @@ _STANDING = (
     (3.6, 0.4, 4.0, 1.5, 0.6),
 )
 # x0, y0, x1, y1, bottom and top in metres: cupboards on the walls, and what stands on the island.
-_HANGING = (
+HANGING = (
     (-2.0, -3.0, -1.4, -2.65, 0.5, 1.0),
     (-0.9, -3.0, -0.6, -2.75, 0.3, 0.7),
     (0.1, -3.0, 0.9, -2.6, 0.55, 1.3),
@@ -47,7 +47,7 @@ _HANGING = (
 def _segments() -> FloatArray:
     """(S, 4) wall pieces as start x, y and direction x, y."""
     pieces = []
-    for x0, y0, x1, y1, _ in _STANDING:
+    for x0, y0, x1, y1, _ in STANDING:
         corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
         for (xa, ya), (xb, yb) in zip(corners, corners[1:] + corners[:1], strict=True):
             pieces.append((xa, ya, xb - xa, yb - ya))
@@ -83,8 +83,8 @@ def spatial_distances(origins: FloatArray, directions: FloatArray) -> FloatArray
     with np.errstate(divide="ignore"):
         inverse = 1.0 / directions
     distance = np.full(len(origins), np.inf)
-    boxes = [(x0, y0, x1, y1, 0.0, height) for x0, y0, x1, y1, height in _STANDING]
-    for index, (x0, y0, x1, y1, bottom, top) in enumerate([*boxes, *_HANGING]):
+    boxes = [(x0, y0, x1, y1, 0.0, height) for x0, y0, x1, y1, height in STANDING]
+    for index, (x0, y0, x1, y1, bottom, top) in enumerate([*boxes, *HANGING]):
         low, high = np.array([x0, y0, bottom]), np.array([x1, y1, top])
         with np.errstate(invalid="ignore"):  # 0 * inf: a ray within the plane of a face
             one, two = (low - origins) * inverse, (high - origins) * inverse
