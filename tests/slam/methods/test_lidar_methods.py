@@ -46,7 +46,7 @@ def started(kind, rig, **options):
 def test_poses_are_of_the_base_at_their_stamps(kind, rig, follow):
     """Six seconds: two at rest, then along the ellipse. Point-to-point ICP sticks to its own rings on bare walls."""
     done = follow(started(kind, rig), rig, 6)
-    assert len(done.estimates) >= 58
+    assert len(done.estimates) >= 57
     assert all(is_rigid(e.T_start_base, 1e-3) for e in done.estimates)
     stamps = [e.stamp for e in done.estimates]
     assert stamps == sorted(set(stamps))
@@ -54,13 +54,12 @@ def test_poses_are_of_the_base_at_their_stamps(kind, rig, follow):
     assert done.errors.max() < (0.4 if kind in (KissIcp, RkoLio, EvalioKissIcp) else 0.25)
 
 
-def test_ct_icp_is_one_cloud_behind(rig, follow):
-    done = follow(started(CtIcp, rig), rig, 3)
-    assert done.estimates[-1].stamp == 2_800_000_000
-    assert done.errors.max() < 0.03
+@pytest.mark.parametrize(("kind", "newest"), [(Dlio, 1.9), (CtIcp, 1.8), (LioSam, 1.7)])
+def test_a_method_that_is_behind_says_which_cloud_its_pose_belongs_to(kind, newest, rig, follow):
+    assert follow(started(kind, rig), rig, 2).estimates[-1].stamp == round(newest * 1e9)
 
 
-@pytest.mark.parametrize("kind", [Dlio, Se3Lio, MadIcp, CtIcp], ids=named)
+@pytest.mark.parametrize("kind", [Dlio, Se3Lio, LioSam, MadIcp, CtIcp], ids=named)
 def test_the_good_ones_know_their_stamps_and_mounts_to_a_centimetre_or_two(kind, rig, follow):
     """At 0.3 m/s a stamp that is one period late, or a wrong mount, costs 3 cm or more."""
     done = follow(started(kind, rig), rig, 8)
