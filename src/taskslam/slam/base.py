@@ -60,7 +60,7 @@ class MethodCard:
     sensors: measurements it must get. odometry_prior: whether wheel odometry is used to predict (it must then be in
     `sensors`). needs_still_start: seconds of standstill before the first drive. latency: seconds from a frame's stamp
     to the delivery of its estimate in `fixed` mode. queue: frames kept while the method is busy (1: the newest wins).
-    extra: the pip extra that brings its package, or None. parameters: names of the options that `configure` takes.
+    extra: the pip extra that brings its package, or None.
     """
 
     name: str

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from taskslam.world.builtin import pictures, prints, textures
 from taskslam.world.builtin.builder import Builder, Surface
 from taskslam.world.builtin.noise import Dice, NoiseBank
@@ -11,7 +13,7 @@ from taskslam.world.world import Material
 _SHINE = (0.15, 0.15, 0.15)
 
 
-class Palette:
+class Palette(ABC):
     """Surfaces by name; methods make one-off pictures. Subclasses (`palettes`) make the structure."""
 
     def __init__(self, builder: Builder, seed: int) -> None:
@@ -53,9 +55,9 @@ class Palette:
         material = Material("ceiling tiles", (1.0, 1.0, 1.0, 1.0), image, emissive=(0.26, 0.26, 0.26))
         return self._builder.material(material, (2.4, 2.4))
 
+    @abstractmethod
     def _make_structure(self) -> None:
         """Make the floors and walls of one kind of building."""
-        raise NotImplementedError
 
     def _make_common(self) -> None:
         bank, dice = self._bank, self._dice
