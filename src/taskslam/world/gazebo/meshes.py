@@ -110,6 +110,9 @@ def _read_by_trimesh(data: bytes, path: Path, resources: Resources, textures: Te
         raise
     except Exception as error:  # trimesh raises whatever its parsers meet in a damaged file
         raise WorldError(f"{path} is not a {path.suffix[1:].upper()} mesh that can be read: {error}.") from error
+    if not any(len(surface.triangles) for surface in surfaces):
+        # Depending on what is installed beside it, trimesh reads garbage as an empty mesh.
+        raise WorldError(f"{path} is not a {path.suffix[1:].upper()} mesh that can be read: it holds no triangles.")
     return surfaces
 
 
