@@ -66,6 +66,14 @@ def test_the_good_ones_know_their_stamps_and_mounts_to_a_centimetre_or_two(kind,
     assert done.errors.max() < 0.025
 
 
+@pytest.mark.parametrize("kind", [Dlio, Se3Lio, LioSam, MadIcp, CtIcp, GenzIcp, Loam, Form], ids=named)
+def test_the_pose_of_a_rolling_turn_carries_the_stamp_that_it_belongs_to(kind, rig, follow):
+    """The turn takes 0.1 s, in which the robot drives 3 cm."""
+    rolling = rig.model_copy(update={"lidar_3d": rig.lidar_3d.model_copy(update={"rolling": True})})
+    done = follow(started(kind, rolling), rolling, 6)
+    assert done.errors.mean() < 0.012
+
+
 @pytest.mark.parametrize("kind", ALL, ids=named)
 def test_an_absent_package_names_its_extra(kind, rig, monkeypatch):
     for module in [m for m in sys.modules if m.partition(".")[0] == PACKAGE[kind]]:

@@ -8,8 +8,9 @@ one wheel. Its parameters are theirs as evalio ships them; each class below says
 - A cloud is given whole, ring by ring: rays without return stand at the origin, below every minimum range.
 - The first pose is the start, so a method that moves its world while it finds the vertical must stand meanwhile.
 
-Poses are those of the IMU (of the LiDAR for methods without one) at the stamp that evalio gives them, the begin of the
-turn, which is also its end for an instant turn.
+Poses are those of the IMU (of the LiDAR for methods without one). evalio stamps them all with the begin of the turn.
+Measured against the truth they lie elsewhere in a rolling turn, or belong to an earlier cloud: `pose_in_sweep` and
+`clouds_behind` say where, and the estimate carries the stamp that fits.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ class EvalioMethod(SlamMethod):
 
     pipeline: ClassVar[str]
     settings: ClassVar[dict[str, bool | int | float]] = {}
+    pose_in_sweep: ClassVar[float] = 0.5  # where in a rolling turn the pose lies: 0 its begin, 1 its end
     clouds_behind: ClassVar[int] = 0  # how many clouds ago the cloud came to which the newest pose belongs
 
     def __init__(self, **options: bool | int | float | str) -> None:
@@ -117,7 +119,8 @@ class EvalioMethod(SlamMethod):
             return None
         pose = estimates[-1][1]
         self._last = self._frame.pose(np.asarray(pose.to_mat(), dtype=np.float64))
-        return self._say(self._begins[0], Status.TRACKING)
+        into = self.pose_in_sweep * self._sweep if self._lidar.rolling else 0.0
+        return self._say(self._begins[0] + round(into), Status.TRACKING)
 
     def _say(self, stamp: int, status: Status) -> PoseEstimate | None:
         """Nothing if something newer was said, as after an empty cloud by a method that is behind."""
@@ -164,7 +167,7 @@ class EvalioMethod(SlamMethod):
         return round((self._lidar.samples - 1) * NANOSECONDS / self._lidar.rate / self._lidar.samples)
 
     def _stamp(self, stamp: int) -> Any:
-        return self._types.Stamp(sec=stamp // NANOSECONDS, nsec=stamp % NANOSECONDS)
+        return self._types.Stamp(sec=1 + stamp // NANOSECONDS, nsec=stamp % NANOSECONDS)  # a sweep may begin before 0
 
 
 def organised(cloud: PointCloud, lidar: Lidar3D, begin: int) -> np.ndarray[Any, Any]:
@@ -251,6 +254,7 @@ class EvalioKissIcp(EvalioMethod):
     """KISS-ICP as evalio builds it; `kiss_icp` is its authors' own package. `voxel_size` as there, 0.5 m."""
 
     pipeline = "KissICP"
+    pose_in_sweep = 1.0
     settings: ClassVar[dict[str, bool | int | float]] = {"voxel_size": 0.5}
     card = _card(
         "evalio_kiss_icp",
@@ -267,6 +271,7 @@ class GenzIcp(EvalioMethod):
     """GenZ-ICP. It has no setting for threads, and its sums depend on how they share them."""
 
     pipeline = "GenZICP"
+    pose_in_sweep = 1.0
     card = _card(
         "genz_icp",
         "0.3.2",
@@ -282,6 +287,7 @@ class MadIcp(EvalioMethod):
     """MAD-ICP. `realtime` is False: it would cut its work short by the wall clock."""
 
     pipeline = "MadICP"
+    pose_in_sweep = 1.0
     settings: ClassVar[dict[str, bool | int | float]] = {"realtime": False}
     card = _card(
         "mad_icp",
@@ -312,6 +318,7 @@ class CtIcp(EvalioMethod):
         "max_dist_to_plane_ct_icp": 0.2,
     }
     clouds_behind = 1
+    pose_in_sweep = 0.0
     card = _card(
         "ct_icp",
         "0.0.1",
