@@ -46,8 +46,13 @@ def main() -> None:
             pose = place[None, :]
             motion = Motion(0, SE2(*place))
             origins, directions = scanner.fan.at(pose)
-            ours.append(seconds(lambda motion=motion: scanner.measure(0, motion)))
-            raw.append(seconds(lambda o=origins, d=directions: rays.scene.run(o, d, query="DISTANCE")))
+            turns = [
+                (ours, lambda motion=motion: scanner.measure(0, motion)),
+                (raw, lambda o=origins, d=directions: rays.scene.run(o, d, query="DISTANCE")),
+            ]
+            # Whoever comes second finds the tree's nodes in the cache, so they take turns.
+            for times, work in turns if repeat % 2 else reversed(turns):
+                times.append(seconds(work))
         if repeat == 0:
             ours.clear()
             raw.clear()
