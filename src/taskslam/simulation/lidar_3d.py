@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from taskslam.measurements import NANOSECONDS, PointCloud, Sensor
 from taskslam.robot import Lidar3D
@@ -28,10 +29,11 @@ class SpinningLidar:
         self._directions = np.stack(
             [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1
         )
-        self._fan = RayFan(self._directions, lidar.mount.matrix())
+        self.fan = RayFan(self._directions, lidar.mount.matrix())
         self._ring = np.repeat(np.arange(lidar.rings, dtype=np.uint16), lidar.samples)
         ages = (lidar.samples - 1 - np.arange(lidar.samples)) * (NANOSECONDS / lidar.rate / lidar.samples)
         self._sweep = -np.round(ages).astype(np.int32) if lidar.rolling else np.zeros(lidar.samples, np.int32)
+        self._offsets = np.tile(self._sweep, lidar.rings)
         self.reset(0)
 
     def reset(self, count: int) -> None:
@@ -45,8 +47,22 @@ class SpinningLidar:
             poses = np.tile(motion.pose_at(stamp + self._sweep.astype(np.int64)), (lidar.rings, 1))
         else:
             poses = motion.pose_at([stamp])
-        ranges = self._rays.distances(*self._fan.at(poses)).astype(np.float64)
-        seen = (ranges >= lidar.range_min) & (ranges <= lidar.range_max)
-        ranges += lidar.noise * self._noise.standard_normal(len(ranges))
-        points = (self._directions[seen] * ranges[seen, None]).astype(np.float32)
-        return PointCloud(stamp, points, self._ring[seen], np.tile(self._sweep, lidar.rings)[seen])
+        ranges = self._rays.distances(*self.fan.at(poses))
+        noise = self._noise.standard_normal(len(ranges), dtype=np.float32)
+        points, kept = _points(ranges, noise, self._directions, lidar.noise, lidar.range_min, lidar.range_max)
+        return PointCloud(stamp, points, self._ring[kept], self._offsets[kept])
+
+
+@njit(cache=True)
+def _points(true, noise, directions, sigma, range_min, range_max):  # type: ignore[no-untyped-def]
+    """(K, 3) float32 points of the rays that return, and their (K,) indices."""
+    points, kept = np.empty((len(true), 3), np.float32), np.empty(len(true), np.int64)
+    count = 0
+    for i in range(len(true)):
+        if range_min <= true[i] <= range_max:
+            reading = true[i] + sigma * noise[i]
+            for axis in range(3):
+                points[count, axis] = reading * directions[i, axis]
+            kept[count] = i
+            count += 1
+    return points[:count].copy(), kept[:count].copy()

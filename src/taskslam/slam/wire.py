@@ -145,6 +145,15 @@ class _Layout:
     arrays: tuple[tuple[str, np.dtype[Any]], ...]
 
 
+def _array_scalar(hint: object) -> type | None:
+    """The scalar type of `NDArray[scalar]`, which is a plain alias up to numpy 2.4 and a named one from 2.5 on."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is np.ndarray:
+        scalar: type = typing.get_args(arguments[1])[0]
+        return scalar
+    return arguments[0] if getattr(origin, "__name__", "") == "NDArray" else None
+
+
 def _layout(kind: type) -> _Layout:
     hints = typing.get_type_hints(kind)
     scalars, poses, arrays = [], [], []
@@ -154,8 +163,7 @@ def _layout(kind: type) -> _Layout:
             scalars.append((field.name, hint))
         elif hint is SE2:
             poses.append(field.name)
-        elif typing.get_origin(hint) is np.ndarray:
-            scalar = typing.get_args(typing.get_args(hint)[1])[0]
+        elif (scalar := _array_scalar(hint)) is not None:
             arrays.append((field.name, np.dtype(scalar).newbyteorder("<")))
         else:
             raise TypeError(f"{kind.__name__}.{field.name}: {hint} cannot travel to a method")
