@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 from taskslam.benchmark.stage import Stage
-from taskslam.geometry import SE2
 from taskslam.robot import load_robot
 from taskslam.scenario import Scenario
-from taskslam.world import FloorPlan, World
+from taskslam.world import World
 from taskslam.world.slicing import slice_floor_plan
 
 GOALS = [[2.5, -1.0, 0.0], [2.8, 1.8, 2.0], [-2.0, 1.0, 3.1]]
@@ -36,9 +34,3 @@ def make_stage(room: World) -> Callable[..., Stage]:
         return Stage(scenario, room, plan, load_robot("turtlebot2"))
 
     return make
-
-
-@pytest.fixture
-def empty_plan() -> FloorPlan:
-    """A plan of the room without its pillar and walls."""
-    return FloorPlan(np.zeros((128, 168), np.uint8), 0.05, SE2(-4.2, -3.2, 0.0))
