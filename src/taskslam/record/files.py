@@ -32,13 +32,13 @@ def writing(path: Path) -> Iterator[None]:
         raise
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file as UTF-8, whole or not at all; an existing file is replaced. Raises DiskFullError."""
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write text (as UTF-8) or bytes, whole or not at all; an existing file is replaced. Raises DiskFullError."""
     temporary = path.with_name(f".{path.name}.partial")
     with writing(path):
         try:
-            with temporary.open("w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+            with temporary.open("wb") as file:
+                file.write(content.encode("utf-8") if isinstance(content, str) else content)
                 file.flush()
                 os.fsync(file.fileno())
             temporary.replace(path)
