@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.platform import Platform
+from taskslam.benchmark.plausibility import Plausibility
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, LaserScan, Measurement, TruePose, WheelOdometry
 from taskslam.navigation.localization import Correction, Localization
@@ -22,7 +23,6 @@ from taskslam.slam.host import MethodHost
 
 TICK = NANOSECONDS // 20  # the velocity smoother's 20 Hz: the loop's beat
 _SILENT = 2 * NANOSECONDS  # without an estimate for so long, a failed goal is the method's: it was lost
-_JUMP_LINEAR, _JUMP_ANGULAR = 0.5, 0.5  # m, rad: a larger step of map->odom between two estimates is an event
 
 
 @dataclass
@@ -55,6 +55,7 @@ class ClosedLoop:
         self.round = round_number
         self.observer = observer
         self.localization = Localization(start)
+        self.plausibility = Plausibility()
         self.odometry = WheelOdometry(platform.now, SE2(), 0.0, 0.0)
         self.last_estimate = platform.now
         self.status = Status.STARTING
@@ -124,14 +125,13 @@ class ClosedLoop:
         if estimate.status is not Status.TRACKING:
             return
         T_start_base = SE2.from_matrix(estimate.T_start_base)
-        before = self.localization.T_map_odom
         verdict = self.localization.correct(estimate.stamp, T_start_base)
         if verdict is not Correction.APPLIED:
             self._notice(f"estimate of {estimate.stamp} ns refused: {verdict}")
             return
-        moved = before.inverse() @ self.localization.T_map_odom
-        if before.distance_to(self.localization.T_map_odom) > _JUMP_LINEAR or abs(moved.theta) > _JUMP_ANGULAR:
-            self._notice(f"jumped by {before.distance_to(self.localization.T_map_odom):.2f} m, {moved.theta:.2f} rad")
+        T_odom_base = self.localization.T_odom_base_at(estimate.stamp) or self.localization.T_odom_base
+        if doubt := self.plausibility.doubt(estimate.stamp, self.localization.T_map_odom, T_odom_base):
+            self._notice(doubt)
         self.last_estimate = estimate.stamp
         self.record.pose("estimate", self.round, estimate.stamp, self.start @ T_start_base)
 
