@@ -36,3 +36,21 @@ def test_a_card_that_says_nothing_is_shown_as_such():
 
 def test_sensors_in_words():
     assert cards.sensor_suite({"sensors": ["point_cloud", "imu"]}) == "3D LiDAR + IMU"
+
+
+@pytest.mark.parametrize(
+    ("sensors", "main"),
+    [
+        (["laser_scan", "wheel_odometry"], "laser_scan"),
+        (["imu", "point_cloud"], "point_cloud"),
+        (["wheel_odometry"], "wheel_odometry"),
+        ([], ""),
+        (["sonar"], ""),
+    ],
+)
+def test_the_main_sensor_is_what_a_method_sees_with(sensors, main):
+    assert cards.main_sensor({"sensors": sensors}) == main
+
+
+def test_a_sensor_that_nobody_knows_keeps_its_name():
+    assert [cards.sensor_name("laser_scan"), cards.sensor_name("sonar")] == ["2D LiDAR", "sonar"]

@@ -15,6 +15,7 @@ _SENSORS = {
     "wheel_odometry": "wheel odometry",
     "true_pose": "true pose",
 }
+_MAIN_SENSORS = ("true_pose", "stereo_images", "point_cloud", "laser_scan", "wheel_odometry")  # the first it has
 _KINDS = {"slam": "SLAM", "odometry": "odometry", "localization": "localisation", "reference": "reference"}
 _MAPS = {"continue": "keeps mapping", "frozen": "frozen map", "none": "no map"}
 
@@ -23,6 +24,17 @@ def sensor_suite(card: Mapping[str, Any]) -> str:
     """The sensors that a method listens to."""
     sensors = card.get("sensors") or ()
     return " + ".join(_SENSORS.get(str(name), str(name)) for name in sensors) or DASH
+
+
+def main_sensor(card: Mapping[str, Any]) -> str:
+    """The sensor that a method sees with, as cards name it; empty if the card names none."""
+    sensors = card.get("sensors") or ()
+    return next((name for name in _MAIN_SENSORS if name in sensors), "")
+
+
+def sensor_name(sensor: str) -> str:
+    """A sensor of a card in a reader's words."""
+    return _SENSORS.get(sensor, sensor)
 
 
 def kind(card: Mapping[str, Any]) -> str:

@@ -1,8 +1,13 @@
-"""Markers that tell methods apart where colour alone does not; filled or hollow by what the figure says."""
+"""Markers that tell methods apart where colour alone does not; filled or hollow by what the figure says.
+
+The shape says which sensor a method sees with, so a reader compares LiDAR with cameras at a glance.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,34 +16,76 @@ from markupsafe import Markup
 from taskslam.report import palette
 from taskslam.report.svg import Svg
 
-# Corners of each shape, the angle of the first counter-clockwise from the right, and its size beside a circle's.
-_SHAPES = ((0, 0.0, 1.0), (4, math.pi / 4, 1.3), (3, math.pi / 2, 1.35), (4, 0.0, 1.3), (3, -math.pi / 2, 1.35))
+# Corners of each shape (none: a circle), the angle of the first counter-clockwise from the right, its size beside a
+# circle's, and for a star the radius of the corners between.
+_SHAPES = (
+    (0, 0.0, 1.0, 1.0),
+    (4, math.pi / 4, 1.3, 1.0),
+    (3, math.pi / 2, 1.35, 1.0),
+    (4, 0.0, 1.3, 1.0),
+    (3, -math.pi / 2, 1.35, 1.0),
+    (5, math.pi / 2, 1.15, 1.0),
+    (5, math.pi / 2, 1.5, 0.5),
+)
+CIRCLE, SQUARE, TRIANGLE, DIAMOND, TRIANGLE_DOWN, PENTAGON, STAR = range(7)
+_SHAPES_OF_SENSOR = {
+    "laser_scan": (CIRCLE,),
+    "point_cloud": (SQUARE, DIAMOND),
+    "stereo_images": (TRIANGLE, TRIANGLE_DOWN),
+    "wheel_odometry": (PENTAGON,),
+    "true_pose": (STAR,),
+}
+_ANY = (CIRCLE, SQUARE, TRIANGLE, DIAMOND, TRIANGLE_DOWN)
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a method is drawn on every figure. shape: index of its marker, 0 to 4."""
+    """How a method is drawn on every figure. shape: index of its marker, 0 to 6; index: of the method."""
 
     colour: str
     shape: int
+    index: int = 0
+
+    @property
+    def key(self) -> str:
+        """What belongs to this method, as a word for a page's attributes."""
+        return f"m{self.index}"
 
 
-def method_styles(methods: list[str]) -> dict[str, Style]:
-    """One style for each method name, in the order of first appearance; all differ up to sixty methods."""
-    colours = palette.method_colours(methods)
-    return {name: Style(colour, index % len(_SHAPES)) for index, (name, colour) in enumerate(colours.items())}
+def method_styles(methods: list[str], sensors: Mapping[str, str] | None = None) -> dict[str, Style]:
+    """One style for each method name, in the order of first appearance.
+
+    sensors: the main sensor of a method (`cards.main_sensor`), which chooses its shape; without one, shapes take turns.
+    Then the colour that was used least, so that the first twelve methods differ by colour alone, and up to twelve of
+    one shape by both.
+    """
+    styles: dict[str, Style] = {}
+    for index, name in enumerate(dict.fromkeys(methods)):
+        family = _SHAPES_OF_SENSOR.get((sensors or {}).get(name, ""))
+        shapes = family or (_ANY[index % len(_ANY)],)
+        pairs = Counter((style.colour, style.shape) for style in styles.values())
+        colours = Counter(style.colour for style in styles.values())
+        forms = Counter(style.shape for style in styles.values())
+        colour, shape = min(
+            ((colour, shape) for colour in palette.METHODS for shape in shapes),
+            key=lambda pair: (pairs[pair], colours[pair[0]], forms[pair[1]]),
+        )
+        styles[name] = Style(colour, shape, index)
+    return styles
 
 
 def draw_marker(svg: Svg, style: Style, x: float, y: float, radius: float = 6.0, filled: bool = True) -> None:
     """Draw a method's marker with its middle at (x, y)."""
     fill = style.colour if filled else "#ffffff"
     ink = {"fill": fill, "stroke": style.colour, "stroke_width": 2, "stroke_linejoin": "round"}
-    corners, first, size = _SHAPES[style.shape]
+    corners, first, size, between = _SHAPES[style.shape]
     if corners == 0:
         svg.circle(x, y, radius, **ink)
         return
-    angles = first + 2 * math.pi * np.arange(corners) / corners
-    points = np.column_stack([x + radius * size * np.cos(angles), y - radius * size * np.sin(angles)])
+    turns = 1 if between == 1.0 else 2
+    angles = first + 2 * math.pi * np.arange(corners * turns) / (corners * turns)
+    away = radius * size * np.where(np.arange(corners * turns) % turns, between, 1.0)
+    points = np.column_stack([x + away * np.cos(angles), y - away * np.sin(angles)])
     svg.polygon(points, **ink)
 
 

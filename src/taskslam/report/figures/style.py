@@ -90,7 +90,7 @@ _METADATA: dict[Format, dict[str, str | None]] = {
 }
 
 # For each shape of `markers.Style`: matplotlib's marker, and its size beside a circle's.
-_MARKERS = (("o", 1.0), ("s", 0.92), ("^", 1.08), ("D", 0.86), ("v", 1.08))
+_MARKERS = (("o", 1.0), ("s", 0.92), ("^", 1.08), ("D", 0.86), ("v", 1.08), ("p", 1.14), ("*", 1.55))
 
 
 def printed(draw: Callable[P, R]) -> Callable[P, R]:
@@ -108,7 +108,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 def marker_style(style: Style, filled: bool = True, size: float = 4.5) -> dict[str, Any]:
     """Keywords of `Axes.plot` for a method's marker; hollow where the figure says so. size: points of a circle."""
-    marker, beside = _MARKERS[style.shape % len(_MARKERS)]
+    marker, beside = _MARKERS[style.shape]
     return {
         "marker": marker,
         "markersize": size * beside,
