@@ -93,6 +93,7 @@ def check(
     """
     from rich.markup import escape
 
+    from taskslam.benchmark.conformance_eyes import conformance_eyes
     from taskslam.robot import load_robot
     from taskslam.slam.conformance import Verdict, check_method
 
@@ -102,7 +103,9 @@ def check(
         console.print(f"{_MARKS[result.verdict]}  [bold]{result.name}[/]: {escape(result.detail)}", soft_wrap=True)
 
     options = parse_options(option or [])
-    results = check_method(name, options, load_robot(robot).rig, minutes, on_result=show_result)
+    results = check_method(
+        name, options, load_robot(robot).rig, minutes, on_result=show_result, make_eyes=conformance_eyes
+    )
     failed = sum(result.verdict is Verdict.FAILED for result in results)
     skipped = sum(result.verdict is Verdict.SKIPPED for result in results)
     console.print(f"{len(results) - failed - skipped} passed, {failed} failed, {skipped} skipped")

@@ -36,7 +36,7 @@ from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import PoseEstimate, Status
-from taskslam.slam.conformance_drive import ConformanceDrive
+from taskslam.slam.conformance_drive import ConformanceDrive, Eyes
 from taskslam.slam.failure import MethodFailedError
 from taskslam.slam.guest import Limits
 from taskslam.slam.host import MethodHost
@@ -83,11 +83,13 @@ def check_method(
     minutes: float = 10.0,
     limits: Limits | None = None,
     on_result: Callable[[CheckResult], None] = lambda _: None,
+    make_eyes: Callable[[SensorRig], Eyes] | None = None,
 ) -> list[CheckResult]:
     """Try a method; every check is in the result once, in the order of the module's table.
 
     method: a registered name or `package.module:Class`. minutes: simulated length of the memory check, at least 1.
-    on_result: told of each result as soon as it is known.
+    on_result: told of each result as soon as it is known. make_eyes: makes what a rig's stereo camera sees on the drive
+    (`benchmark.conformance_eyes`), called only for a method that needs images; without it such a method is skipped.
 
     Raises:
         UnknownMethodError, MethodUnavailableError: there is nothing to check.
@@ -96,7 +98,7 @@ def check_method(
     if not minutes >= 1:
         raise InputError(f"the memory check runs for {minutes:g} simulated minutes; expected at least 1")
     with tempfile.TemporaryDirectory(prefix="taskslam-check-") as folder, ExitStack() as stack:
-        suite = _Suite(method, options, rig, minutes, limits or Limits(), Path(folder), stack)
+        suite = _Suite(method, options, rig, minutes, limits or Limits(), Path(folder), stack, make_eyes)
         results = []
         for name, check in suite.checks().items():
             results.append(_try(name, check))
@@ -129,9 +131,11 @@ class _Suite:
         limits: Limits,
         folder: Path,
         stack: ExitStack,
+        make_eyes: Callable[[SensorRig], Eyes] | None,
     ) -> None:
         self._method, self._options, self._rig, self._limits = method, options, rig, limits
         self._minutes, self._folder, self._stack = minutes, folder, stack
+        self._make_eyes = make_eyes
         self._host: MethodHost | None = None
         self._drive = ConformanceDrive(rig)
         self._first: list[PoseEstimate] | None = None
@@ -153,7 +157,10 @@ class _Suite:
     def _needs_declared(self) -> str:
         card = self._started().card
         still = max(2.0, card.needs_still_start)
-        self._drive = ConformanceDrive(self._rig, still, sensors={*card.sensors, Sensor.WHEEL_ODOMETRY})
+        sees = Sensor.STEREO_IMAGES in card.sensors and self._make_eyes is not None
+        eyes = self._make_eyes(self._rig) if sees and self._make_eyes else None
+        sensors = {*card.sensors, Sensor.WHEEL_ODOMETRY}
+        self._drive = ConformanceDrive(self._rig, still, sensors=sensors, eyes=eyes)
         return f"{card.name} {card.version} ({card.kind}) asks for {', '.join(card.sensors)}"
 
     def _poses(self) -> str:
@@ -248,8 +255,8 @@ class _Suite:
     def _alive(self) -> MethodHost:
         if self._host is None:
             raise _SkippedError("the method failed before")
-        if Sensor.STEREO_IMAGES in self._host.card.sensors:
-            raise _SkippedError("it needs stereo images, and this drive renders none")
+        if Sensor.STEREO_IMAGES in self._host.card.sensors and self._make_eyes is None:
+            raise _SkippedError("it needs stereo images, and nobody rendered any")
         return self._host
 
     def _first_drive(self) -> list[PoseEstimate]:

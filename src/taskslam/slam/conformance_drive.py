@@ -2,14 +2,15 @@
 
 It depends on numpy alone, not on the simulator, so that a method's author can read in one page what is fed. The robot
 circles the island of the room (`conformance_room.py`) on an ellipse at 0.3 m/s after standing still for a while.
-Everything follows from the rig and a seed. There are no images: the drive renders nothing.
+Everything follows from the rig and a seed. Images come from whoever makes the drive: it renders nothing itself.
 """
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from taskslam.measurements import (
     Measurement,
     PointCloud,
     Sensor,
+    StereoImages,
     TruePose,
     WheelOdometry,
 )
@@ -31,20 +33,29 @@ _SPEED = 0.3
 _HALF_AXES = (2.6, 1.8)
 _INSTANT_S = 0.005  # half the time over which the turning rate is taken
 _GRAVITY = 9.8  # m/s^2, as in the simulator
+Eyes: TypeAlias = Callable[[int, SE2], StereoImages]
+"""What the rig's stereo camera sees at a stamp (ns) with the base at a pose in the room's frame."""
+
 _DEFAULT_SENSORS = frozenset({Sensor.TRUE_POSE, Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})
 
 
 class ConformanceDrive:
     """Deterministic measurements of a robot with this rig; iterate with `measurements`.
 
-    still: seconds of standstill at the start. sensors: what is measured at all, as far as the rig has it. Poses are
-    `T_start_base`, the first pose being the identity.
+    still: seconds of standstill at the start. sensors: what is measured at all, as far as the rig has it. eyes: what
+    the stereo camera sees; without them there are no images. Poses are `T_start_base`, the first being the identity.
     """
 
     def __init__(
-        self, rig: SensorRig, still: float = 2.0, seed: int = 0, sensors: Collection[Sensor] = _DEFAULT_SENSORS
+        self,
+        rig: SensorRig,
+        still: float = 2.0,
+        seed: int = 0,
+        sensors: Collection[Sensor] = _DEFAULT_SENSORS,
+        eyes: Eyes | None = None,
     ) -> None:
         self._rig = rig
+        self._eyes = eyes
         self._still = still
         self._seed = seed
         self._sensors = frozenset(sensors)
@@ -67,8 +78,8 @@ class ConformanceDrive:
     def measurements(self, begin: int, end: int, scans: bool = True) -> Iterator[Measurement]:
         """What the sensors say with begin <= stamp < end (ns), in stamp order, the same for every way to cut it.
 
-        At equal stamps true pose and odometry come first, then the IMU, then the LiDARs. scans: False leaves the LiDARs
-        out.
+        At equal stamps true pose and odometry come first, then the IMU, the LiDARs, and images. scans: False leaves
+        LiDARs and images out.
         """
         rig, sensors = self._rig, self._sensors
         streams = [self._odometry_with_truth(begin, end)]
@@ -78,6 +89,8 @@ class ConformanceDrive:
             streams.append(self._scan(stamp, rig.lidar_2d) for stamp in _ticks(begin, end, rig.lidar_2d.rate))
         if rig.lidar_3d and scans and Sensor.POINT_CLOUD in sensors:
             streams.append(self._cloud(stamp, rig.lidar_3d) for stamp in _ticks(begin, end, rig.lidar_3d.rate))
+        if rig.stereo and scans and self._eyes and Sensor.STEREO_IMAGES in sensors:
+            streams.append(self._images(_ticks(begin, end, rig.stereo.rate), self._eyes))
         yield from heapq.merge(*streams, key=lambda measurement: measurement.stamp)  # stable: earlier streams first
 
     def _in_room(self, seconds: FloatArray) -> FloatArray:
@@ -157,6 +170,10 @@ class ConformanceDrive:
         ring = np.repeat(np.arange(lidar.rings, dtype=np.uint16), lidar.samples)
         points = (directions[seen] * ranges[seen, None]).astype(np.float32)
         return PointCloud(stamp, points, ring[seen], sweep[seen])
+
+    def _images(self, stamps: range, eyes: Eyes) -> Iterator[Measurement]:
+        for stamp in stamps:
+            yield eyes(stamp, SE2(*self._in_room(np.array([stamp / NANOSECONDS]))[0].tolist()))
 
     def _inertial(self, stamp: int, imu: Imu) -> ImuSamples:
         """The mean over the period that ends at `stamp`, with the biases of the seed and noise of the stamp."""

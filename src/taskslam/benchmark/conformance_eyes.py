@@ -1,0 +1,65 @@
+"""What a stereo camera sees on the conformance drive: its room, papered and furnished, through the simulator's camera.
+
+The drive itself (`slam/conformance_drive.py`) is made from numpy alone and renders nothing; whoever checks a method
+that has eyes hands it these.
+"""
+
+from __future__ import annotations
+
+from taskslam.errors import InputError
+from taskslam.geometry import SE2, pose_from_xyz_rpy
+from taskslam.measurements import StereoImages
+from taskslam.robot import SensorRig
+from taskslam.simulation.camera import StereoCameraSensor
+from taskslam.simulation.motion import Motion
+from taskslam.slam.conformance_drive import Eyes
+from taskslam.slam.conformance_room import HANGING, STANDING
+from taskslam.world import World
+from taskslam.world.builtin.builder import Builder
+from taskslam.world.builtin.palettes import HousePalette
+from taskslam.world.world import Light
+
+_SEED = 5
+
+
+def conformance_eyes(rig: SensorRig) -> Eyes:
+    """The rig's stereo camera in the room of the conformance drive. Raises InputError if the rig has none."""
+    if rig.stereo is None:
+        raise InputError("the robot has no stereo camera; expected a rig with `stereo`")
+    camera = StereoCameraSensor(rig.stereo, conformance_world(), _SEED, threads=2)
+
+    def look(stamp: int, T_room_base: SE2) -> StereoImages:
+        return camera.measure(stamp, Motion(stamp, T_room_base))
+
+    return look
+
+
+def conformance_world() -> World:
+    """The room of `conformance_room.py` with bricks, wood and pictures on it; its frame is the room's."""
+    b = Builder(_SEED)
+    p = HousePalette(b, _SEED)
+    (x0, y0, x1, y1, height), *standing = STANDING
+    wide, deep = x1 - x0, y1 - y0
+    with b.model("room"):
+        b.panel((x0, y0, 0.0), (wide, 0.0, 0.0), (0.0, deep, 0.0), p.oak_floor)
+        b.panel((x0, y1, height), (wide, 0.0, 0.0), (0.0, -deep, 0.0), p.ceiling)
+        b.panel((x0, y0, 0.0), (0.0, deep, 0.0), (0.0, 0.0, height), p.brick)
+        b.panel((x1, y1, 0.0), (0.0, -deep, 0.0), (0.0, 0.0, height), p.brick)
+        b.panel((x1, y0, 0.0), (-wide, 0.0, 0.0), (0.0, 0.0, height), p.kids_wall)
+        b.panel((x0, y1, 0.0), (wide, 0.0, 0.0), (0.0, 0.0, height), p.bedroom_wall)
+    woods = (p.walnut_floor, p.kitchen_floor, p.splashback, p.brick)
+    for index, (left, front, right, back, top) in enumerate(standing):
+        with b.model(f"standing {index}"):
+            b.box((left, front, 0.0), (right, back, top), woods[index % len(woods)])
+    for index, (left, front, right, back, bottom, top) in enumerate(HANGING):
+        with b.model(f"hanging {index}"):
+            b.box((left, front, bottom), (right, back, top), p.painting(right - left, top - bottom))
+    lamp = Light(
+        name="lamp",
+        type="point",
+        pose=pose_from_xyz_rpy((0.0, 0.0, height - 0.2), (0.0, 0.0, 0.0)),
+        diffuse=(0.7, 0.7, 0.66),
+        attenuation_range=12.0,
+        attenuation=(0.6, 0.08, 0.02),
+    )
+    return b.world("conformance room", (lamp,), ambient=(0.5, 0.5, 0.5), background=(0.7, 0.8, 0.9))
