@@ -16,6 +16,9 @@ FloatArray = npt.NDArray[np.float64]
 
 _IDENTITY = np.eye(4)
 
+OPTICAL_IN_BODY = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""`T_body_optical`: optical x right, y down, z forward; body x forward, y left, z up (REP-103)."""
+
 
 @dataclass(frozen=True, slots=True)
 class SE2:

@@ -10,10 +10,10 @@ import numpy.typing as npt
 import pytest
 
 from taskslam.errors import WorldError
-from taskslam.geometry import FloatArray
+from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
 from taskslam.simulation.rasterizer import Pinhole
 from taskslam.simulation.raytracing import RayCaster
-from taskslam.simulation.rendering import OPTICAL_IN_BODY, Scene, depth_image, render
+from taskslam.simulation.rendering import Scene, depth_image, render
 from taskslam.world import Light, Material, TriangleMesh, World
 from taskslam.world.loading import load_world
 

@@ -7,7 +7,7 @@ import json
 import os
 import platform as host_platform
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
@@ -19,7 +19,7 @@ from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode, Tour, drive_tour
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
-from taskslam.measurements import NANOSECONDS
+from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.navigation.navigator import Navigator
 from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.record.manifest import Manifest
@@ -81,7 +81,7 @@ def run(
 def _kept(stage: Stage, request: RunRequest, directory: Path, observer: Observer) -> bool:
     """Whether all was reached in the finished run at `directory`, if it is the run that is asked for."""
     manifest = load_run(directory).manifest
-    asked = (_hash(stage), dict(request.options), _latency(request.latency))
+    asked = (_hash(stage), dict(request.options), latency_words(request.latency))
     if (manifest.scenario_hash, manifest.method_options, manifest.latency) != asked:
         raise RecordError(
             f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
@@ -95,7 +95,8 @@ def _hash(stage: Stage) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
-def _latency(model: LatencyModel) -> str:
+def latency_words(model: LatencyModel) -> str:
+    """As run.json says it: fixed, zero, or `measured x 4`."""
     return f"measured x {model.cpu_scale:g}" if model.mode is LatencyMode.MEASURED else model.mode.value
 
 
@@ -103,8 +104,8 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
     scenario = stage.scenario
     started, wall = datetime.now(UTC), time.perf_counter()
     observer.stage("building the simulator")
-    simulator = _simulator(stage, request)
-    navigator = Navigator(stage.plan, stage.robot, _navigation(scenario))
+    simulator = build_simulator(stage, request)
+    navigator = Navigator(stage.plan, stage.robot, navigation_settings(scenario))
     with RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
@@ -117,12 +118,12 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
         tour = Tour(scenario, simulator, navigator, new_method, record, observer)
         complete = drive_tour(tour, request.mode)
         record.finish(
-            _manifest(stage, request, tour, complete, simulator.now, time.perf_counter() - wall, started.isoformat())
+            manifest_of(stage, request, tour, complete, simulator.now, time.perf_counter() - wall, started.isoformat())
         )
     return complete
 
 
-def _navigation(scenario: Scenario) -> NavigationSettings:
+def navigation_settings(scenario: Scenario) -> NavigationSettings:
     """The one fixed configuration; a scenario may only say how long a goal may take."""
     seconds = scenario.protocol.goal_timeout
     if seconds is None:
@@ -130,8 +131,12 @@ def _navigation(scenario: Scenario) -> NavigationSettings:
     return NavigationSettings(goal=GoalSettings(timeout_base=seconds, timeout_factor=0.0))
 
 
-def _simulator(stage: Stage, request: RunRequest) -> Simulator:
-    sensors = DEFAULT_SENSORS | set(load_method(request.method).card.sensors)
+def build_simulator(stage: Stage, request: RunRequest, also: Collection[Sensor] = ()) -> Simulator:
+    """The simulator of a run, with the sensors that navigation and the method listen to, and those of `also`.
+
+    Raises ScenarioError if the robot cannot stand at the start, SimulatorFailedError if it cannot be built.
+    """
+    sensors = DEFAULT_SENSORS | set(load_method(request.method).card.sensors) | set(also)
     try:
         simulator = Simulator(stage.world, stage.robot, request.seed, stage.scenario.world.lidar_geometry, sensors)
     except TaskSlamError:
@@ -147,9 +152,10 @@ def _simulator(stage: Stage, request: RunRequest) -> Simulator:
     return simulator
 
 
-def _manifest(
+def manifest_of(
     stage: Stage, request: RunRequest, tour: Tour, complete: bool, now: int, wall_s: float, started: str
 ) -> Manifest:
+    """What goes into run.json. now: ns of simulated time at the end."""
     scenario = stage.scenario.model_dump(mode="json")
     card = asdict(load_method(request.method).card)
     return Manifest(
@@ -162,7 +168,7 @@ def _manifest(
         mode=request.mode.value,
         seed=request.seed,
         rounds=stage.scenario.protocol.rounds,
-        latency=_latency(request.latency),
+        latency=latency_words(request.latency),
         versions=versions(),
         machine=machine(),
         simulated_s=now / NANOSECONDS,

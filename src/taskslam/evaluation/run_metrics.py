@@ -96,6 +96,10 @@ def run_metrics(record: RunRecord, name: str, upstream_compat: bool = False) -> 
 def _check(record: RunRecord) -> None:
     """Raise RecordError where the journal cannot belong to this manifest."""
     manifest, where = record.manifest, record.directory
+    if manifest.source == "replay":
+        raise RecordError(
+            f"{where}: an open-loop replay has no goals: `taskslam evaluate-trajectories` judges it per frame"
+        )
     numbers = [start.round for start in record.rounds()]
     if len(set(numbers)) != len(numbers):
         raise RecordError(f"{where}: the journal starts a round twice; expected every round number once")

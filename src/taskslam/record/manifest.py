@@ -47,13 +47,15 @@ class _Units(_Loose):
 class _Scenario(_Loose):
     title: str = ""
     start: _Waypoint | None = None
-    sequence: _Sequence
+    sequence: _Sequence | None = None
     units: _Units = _Units()
 
 
 class Manifest(_Part):
     """The content of run.json.
 
+    source: where the record comes from: driven in the loop of our `simulation`, an open-loop `replay` of a dataset
+    (which has no goals), or an `import` of somebody else's results;
     scenario: the whole configuration as used, and scenario_hash its content hash; rounds: those that count (M),
     without the priming round; latency: fixed, measured or zero (design D3); complete: every goal of every round was
     reached; failure: in a sentence, what ended the run early; simulated_s: simulated time of the whole run, wall_s:
@@ -61,6 +63,7 @@ class Manifest(_Part):
     """
 
     format: Literal["taskslam-run/1"] = RUN_FORMAT
+    source: Literal["simulation", "replay", "import"] = "simulation"
     scenario_name: str
     scenario: dict[str, Any]
     scenario_hash: str
@@ -84,6 +87,10 @@ class Manifest(_Part):
     @model_validator(mode="after")
     def _scenario_holds_a_sequence(self) -> Manifest:
         sequence = self._view.sequence
+        if sequence is None:
+            if self.source == "replay":
+                return self
+            raise ValueError("scenario.sequence: Field required")
         for row in sequence.path or ():
             if not 0 <= row < len(sequence.waypoints):
                 raise ValueError(f"scenario.sequence.path names row {row} of {len(sequence.waypoints)} waypoints")
@@ -97,8 +104,13 @@ class Manifest(_Part):
 
     @property
     def goals(self) -> tuple[SE2, ...]:
-        """Every goal of the sequence in visiting order, in `map`; the first entry of a path is the start (1.1)."""
+        """Every goal of the sequence in visiting order, in `map`; the first entry of a path is the start (1.1).
+
+        None in a replay, which is not driven to goals.
+        """
         sequence = self._view.sequence
+        if sequence is None:
+            return ()
         rows = range(len(sequence.waypoints)) if sequence.path is None else sequence.path[1:]
         return tuple(SE2(at.x, at.y, at.theta) for at in (sequence.waypoints[row] for row in rows))
 

@@ -26,12 +26,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from taskslam.errors import RecordError
-from taskslam.geometry import SE2
+from taskslam.geometry import SE2, FloatArray
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.files import sync_folder, write_whole, writing
 from taskslam.record.journal import JournalWriter, read_journal
 from taskslam.record.manifest import RUN_FORMAT, Manifest
-from taskslam.record.trajectories import Trajectory, read_trajectory, write_trajectory
+from taskslam.record.trajectories import SpatialTrajectory, Trajectory, read_trajectory, write_trajectory
 
 MANIFEST, JOURNAL, METHOD_LOG = "run.json", "journal.jsonl", "method.log"
 PoseName: TypeAlias = Literal["truth", "estimate", "odometry"]
@@ -57,7 +57,7 @@ class RunWriter:
         self.directory = directory.absolute()
         self.folder = partial_folder(self.directory)
         self._replace = replace
-        self._poses: dict[tuple[int, PoseName], list[tuple[int, float, float, float]]] = {}
+        self._poses: dict[tuple[int, PoseName], list[tuple[int, SE2 | FloatArray]]] = {}
         self._written: set[int] = set()
         self._finished = False
         if not replace and (self.directory.is_file() or (self.directory.is_dir() and any(self.directory.iterdir()))):
@@ -81,18 +81,19 @@ class RunWriter:
         if isinstance(event, RoundEnded):
             self._write_round(event.round)
 
-    def pose(self, name: PoseName, round: int, stamp: int, pose: SE2) -> None:  # noqa: A002 the protocol's word
+    def pose(self, name: PoseName, round: int, stamp: int, pose: SE2 | FloatArray) -> None:  # noqa: A002 its word
         """Remember a pose in `map` at an instant (ns) for the round's trajectory file.
 
-        Raises RecordError if it is not finite or if the round has ended.
+        pose: planar, or (4, 4) in space; a trajectory's poses are all of one kind. Raises RecordError if it is not
+        finite or if the round has ended.
         """
         if name not in POSE_NAMES:
             raise RecordError(f"unknown trajectory {name!r}; expected one of {', '.join(POSE_NAMES)}")
         if round in self._written:
             raise RecordError(f"a pose for round {round}, which has ended; expected a round that is under way")
-        if not pose.is_finite():
+        if not (pose.is_finite() if isinstance(pose, SE2) else np.isfinite(pose).all()):
             raise RecordError(f"round {round}, {name} at {stamp} ns: expected a finite pose, found {pose}")
-        self._poses.setdefault((round, name), []).append((stamp, pose.x, pose.y, pose.theta))
+        self._poses.setdefault((round, name), []).append((stamp, pose))
 
     def finish(self, manifest: Manifest | Mapping[str, Any]) -> Path:
         """Write run.json and put the whole run in its place. Returns the run directory.
@@ -137,9 +138,7 @@ class RunWriter:
         for name in POSE_NAMES:
             rows = self._poses.get((number, name))
             if rows:
-                stamps = np.array([row[0] for row in rows], dtype=np.int64)
-                poses = np.array([row[1:] for row in rows], dtype=np.float64)
-                write_trajectory(folder / f"{name}.tum", Trajectory(stamps, poses))
+                write_trajectory(folder / f"{name}.tum", _trajectory(rows))
         for name in POSE_NAMES:
             self._poses.pop((number, name), None)
         self._written.add(number)
@@ -217,6 +216,13 @@ def partial_folder(directory: Path) -> Path:
 def round_folder(directory: Path, round: int) -> Path:  # noqa: A002 the protocol's word
     """Where a round's trajectories stand."""
     return directory / f"round{round:02d}"
+
+
+def _trajectory(rows: list[tuple[int, SE2 | FloatArray]]) -> Trajectory | SpatialTrajectory:
+    stamps = np.array([stamp for stamp, _ in rows], dtype=np.int64)
+    if isinstance(rows[0][1], SE2):
+        return Trajectory(stamps, np.array([(at.x, at.y, at.theta) for _, at in rows if isinstance(at, SE2)]))
+    return SpatialTrajectory.from_matrices(stamps, np.array([at for _, at in rows]))
 
 
 def _walk(directory: Path) -> list[tuple[Path, bool]]:

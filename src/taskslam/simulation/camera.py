@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from taskslam.geometry import SE2, FloatArray
+from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.measurements import Sensor, StereoImages
 from taskslam.robot import StereoCamera
 from taskslam.simulation.exposure import AutomaticExposure, FixedExposure
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rasterizer import Pinhole
 from taskslam.simulation.read_noise import develop
-from taskslam.simulation.rendering import OPTICAL_IN_BODY, Scene, View
+from taskslam.simulation.rendering import Scene, View
 from taskslam.simulation.streams import stream
 from taskslam.world import World
 

@@ -18,9 +18,6 @@ from taskslam.simulation.texture_atlas import TextureAtlas, texture_atlas
 from taskslam.simulation.triangle_blocks import triangle_blocks
 from taskslam.world import TriangleMesh, World
 
-OPTICAL_IN_BODY = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-"""`T_body_optical`: optical x right, y down, z forward; body x forward, y left, z up (REP-103)."""
-
 
 @dataclass(frozen=True)
 class View:

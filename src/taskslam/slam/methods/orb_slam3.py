@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from taskslam.errors import InputError, MethodUnavailableError
-from taskslam.geometry import FloatArray
+from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, StereoImages
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
@@ -37,7 +37,6 @@ from taskslam.slam.registry import one_line
 
 VOCABULARY_VARIABLE = "PYORBSLAM3_VOCAB"
 _STILL_START_S = 1.0
-_BODY_OPTICAL = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
 class OrbSlam3(SlamMethod):
@@ -91,7 +90,7 @@ class OrbSlam3(SlamMethod):
         self._slam = package.Slam(self._vocabulary_file(scratch), str(settings), package.Sensor.STEREO)
         self._tracked_state = package.TrackingState.OK
         self._map = StartMap(self._slam, scratch / "keyframes.tum")
-        self._T_base_optical: FloatArray = rig.stereo.mount.matrix() @ _BODY_OPTICAL
+        self._T_base_optical: FloatArray = rig.stereo.mount.matrix() @ OPTICAL_IN_BODY
         self._T_optical_base: FloatArray = np.linalg.inv(self._T_base_optical)
         self._T_start_base: FloatArray = np.eye(4)
         self._first_stamp: int | None = None
