@@ -40,10 +40,10 @@ def test_a_spatial_trajectory_comes_back_and_projects_to_the_same_plane(tmp_path
     poses = np.tile(np.eye(4), (20, 1, 1))
     poses[:, :3, :3] = Rotation.random(20, random_state=3).as_matrix()
     poses[:, :3, 3] = np.random.default_rng(2).normal(size=(20, 3))
-    trajectory = SpatialTrajectory(np.arange(20, dtype=np.int64), poses)
+    trajectory = SpatialTrajectory.from_matrices(np.arange(20, dtype=np.int64), poses)
     write_trajectory(tmp_path / "a.tum", trajectory)
     back = read_spatial_trajectory(tmp_path / "a.tum")
-    np.testing.assert_allclose(back.poses, poses, atol=1e-12)
+    np.testing.assert_allclose(back.matrices(), poses, atol=1e-12)
     np.testing.assert_allclose(read_trajectory(tmp_path / "a.tum").poses, trajectory.planar().poses, atol=1e-12)
 
 
