@@ -1,9 +1,10 @@
-"""Real-time factor of the 2D LiDAR loop on one core, with and without the method's own compute time, and memory.
+"""Real-time factor of each sensor suite on one core, with and without a method's own compute time, and memory.
 
-    python benchmarks/real_time_factor.py [--rounds 1]
+    python benchmarks/real_time_factor.py [--rounds 1] [--goals 12] [--suites odometry 2d 3d stereo]
 
-One core holds everything: simulator, navigation, host and the method's process. `loop` leaves out the CPU time that the
-method's process spent; `all` is what a user waits. Peak memory is the largest resident set of each process.
+One core holds everything: simulator, navigation, host and the method's process. For each suite first a witness drives:
+a method that is handed all of the suite's measurements in its own process, and steers by the truth. That is the loop
+alone. Then a real method drives on the same measurements. Peak memory is the largest resident set of each process.
 """
 
 from __future__ import annotations
@@ -12,43 +13,86 @@ import argparse
 import resource
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from common import aws_world, machine_line, pin_to_one_core
 from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
-from taskslam.benchmark.stage import set_stage
+from taskslam.benchmark.stage import Stage, set_stage
+from taskslam.measurements import Sensor
 from taskslam.record.run_directory import load_run
 from taskslam.scenario import load_scenario
+from taskslam.slam.methods.ground_truth import GroundTruth
+
+
+class Planar(GroundTruth):
+    """Is handed laser scans and odometry."""
+
+    card = replace(
+        GroundTruth.card, name="planar", sensors=(Sensor.TRUE_POSE, Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY)
+    )
+
+
+class Spatial(GroundTruth):
+    """Is handed point clouds and inertial samples."""
+
+    card = replace(GroundTruth.card, name="spatial", sensors=(Sensor.TRUE_POSE, Sensor.POINT_CLOUD, Sensor.IMU))
+
+
+class Seeing(GroundTruth):
+    """Is handed stereo images."""
+
+    card = replace(GroundTruth.card, name="seeing", sensors=(Sensor.TRUE_POSE, Sensor.STEREO_IMAGES))
+
+
+SUITES = {
+    "odometry": ("odometry alone", ("ground_truth", "wheel_odometry")),
+    "2d": ("2D LiDAR", ("real_time_factor:Planar", "karto", "hector")),
+    "3d": ("VLP-16 and IMU", ("real_time_factor:Spatial", "rko_lio", "kiss_icp")),
+    "stereo": ("stereo 752 x 480 at 30 Hz", ("real_time_factor:Seeing", "orb_slam3")),
+}
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=1)
-    rounds = parser.parse_args().rounds
+    parser.add_argument("--goals", type=int, default=3, help="how many goals of the tour")
+    parser.add_argument("--suites", nargs="+", choices=SUITES, default=list(SUITES))
+    asked = parser.parse_args()
     world = aws_world("aws_small_house")
     name = "aws_small_house" if world else "house"
-    scenario = load_scenario(name, [f"protocol.rounds={rounds}"])
+    path = list(range(asked.goals + 1))
+    scenario = load_scenario(name, [f"protocol.rounds={asked.rounds}", f"sequence.path={path}"])
     stage = set_stage(scenario, [world] if world else [], Observer())
     with tempfile.TemporaryDirectory() as folder:
         run(stage, RunRequest("karto", Mode.WITHOUT_MAP, seed=99), Path(folder))  # compiles and fills caches
         pin_to_one_core()
         print(machine_line())
-        print(f"{name}, {rounds} round(s), one core")
-        for method in ("wheel_odometry", "ground_truth", "karto"):
-            begun = time.perf_counter()
-            directory, complete = run(stage, RunRequest(method, Mode.WITHOUT_MAP), Path(folder))
-            wall = time.perf_counter() - begun
-            manifest = load_run(directory).manifest
-            loop = manifest.simulated_s / (wall - manifest.compute_s)
-            print(
-                f"{method:15} {manifest.simulated_s:6.0f} s simulated, loop {loop:5.1f} x real time,"
-                f" all {manifest.simulated_s / wall:5.1f} x; {'complete' if complete else manifest.failure}"
-            )
+        print(f"{name}, {asked.goals} goals, {asked.rounds} round(s), one core")
+        for suite in asked.suites:
+            title, methods = SUITES[suite]
+            print(f"{title}:")
+            for method in methods:
+                measure(stage, method, Path(folder))
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     child = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-    print(f"peak memory: benchmark {own:.0f} MiB, method's process {child:.0f} MiB")
+    print(f"peak memory: benchmark {own:.0f} MiB, largest method's process {child:.0f} MiB")
+
+
+def measure(stage: Stage, method: str, folder: Path) -> None:
+    """Drive once and print how much faster than real time that was."""
+    began = time.perf_counter()
+    directory, complete = run(stage, RunRequest(method, Mode.WITHOUT_MAP), folder)
+    wall = time.perf_counter() - began
+    manifest = load_run(directory).manifest
+    what = "the loop alone" if ":" in method else method
+    print(
+        f"  {what:15} {manifest.simulated_s:6.0f} s simulated, {manifest.simulated_s / wall:6.2f} x real time;"
+        f" {'complete' if complete else manifest.failure}",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":
