@@ -1,0 +1,97 @@
+"""Whether a closed-loop tour under ORB-SLAM3 depends on how fast the simulator renders (design D3).
+
+    python benchmarks/pacing_tour.py [--goals 3] [--repeats 3] [--delays 0 0.2]
+
+The built-in house is toured with so many seconds of extra rendering per stereo pair. ORB-SLAM3 is not deterministic,
+and in a closed loop a different pose makes a different drive, so single runs differ; what must not differ beyond that
+is how well the method localises and how well the robot arrives. Shown are the smallest and largest of the repeats.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from common import machine_line
+from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.protocol import Mode
+from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.stage import Stage, set_stage
+from taskslam.measurements import StereoImages
+from taskslam.record import Arrival, RoundEnded, load_run
+from taskslam.scenario import load_scenario
+from taskslam.simulation.camera import StereoCameraSensor
+from taskslam.simulation.motion import Motion
+
+
+@dataclass
+class Tour:
+    """One run: goals reached, mean distance of arrivals from goals and of poses at arrivals from the truth (m)."""
+
+    reached: int
+    accuracy: float
+    estimation: float
+    dropped: int
+    wall: float
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--goals", type=int, default=3)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--delays", type=float, nargs="+", default=[0.0, 0.2])
+    asked = parser.parse_args()
+    scenario = load_scenario("house", ["protocol.rounds=1"])
+    rows = [waypoint.pose.array().tolist() for waypoint in scenario.sequence.goals[: asked.goals]]
+    scenario = load_scenario("house", ["protocol.rounds=1", f"sequence={{waypoints: {rows}}}"])
+    stage = set_stage(scenario, [], Observer())
+    print(machine_line())
+    print(f"house, {asked.goals} goals, {asked.repeats} tours each")
+    for delay in asked.delays:
+        tours = [drive(stage, delay) for _ in range(asked.repeats)]
+        print(
+            f"{1e3 * delay:4.0f} ms more per pair: {span([t.wall for t in tours], 0)} s wall,"
+            f" reached {span([t.reached for t in tours], 0)} of {asked.goals},"
+            f" {span([100 * t.accuracy for t in tours], 1)} cm from the goals,"
+            f" poses {span([100 * t.estimation for t in tours], 1)} cm from the truth,"
+            f" {span([t.dropped for t in tours], 0)} frames dropped",
+            flush=True,
+        )
+
+
+def span(values: list[float], digits: int) -> str:
+    """The smallest to the largest."""
+    return f"{min(values):.{digits}f} to {max(values):.{digits}f}"
+
+
+def drive(stage: Stage, delay: float) -> Tour:
+    """One tour with a camera that takes `delay` seconds longer."""
+    quick = StereoCameraSensor.measure
+
+    def slow(camera: StereoCameraSensor, stamp: int, motion: Motion) -> StereoImages:
+        time.sleep(delay)
+        return quick(camera, stamp, motion)
+
+    StereoCameraSensor.measure = slow  # type: ignore[method-assign]
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            began = time.perf_counter()
+            directory, _ = run(stage, RunRequest("orb_slam3", Mode.WITHOUT_MAP), Path(folder))
+            wall = time.perf_counter() - began
+            record = load_run(directory)
+    finally:
+        StereoCameraSensor.measure = quick  # type: ignore[method-assign]
+    arrivals = [event for event in record.events if isinstance(event, Arrival)]
+    accuracy = [a.truth.distance_to(a.target) for a in arrivals if a.truth]
+    estimation = [a.truth.distance_to(a.estimate) for a in arrivals if a.truth and a.estimate]
+    dropped = sum(event.dropped_frames for event in record.events if isinstance(event, RoundEnded))
+    return Tour(len(arrivals), float(np.mean(accuracy)), float(np.mean(estimation)), dropped, wall)
+
+
+if __name__ == "__main__":
+    main()
