@@ -1,0 +1,1 @@
+"""Measuring a real robot with AprilTags: tags, cameras, poses at waypoints."""
