@@ -22,6 +22,7 @@ FAILURE = VERMILION
 INK = "#1c2430"
 MUTED = "#667085"
 HAIRLINE = "#d9dde3"
+TRACK = "#eef0f3"  # behind a bar: its full length
 WALL = (64, 72, 86)
 FREE = (255, 255, 255)
 
@@ -31,10 +32,5 @@ INDIGO = "#332288"
 TEAL = "#44AA99"
 GREY = "#858B95"
 
+# In this order; report/markers.py deals them out.
 METHODS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, WINE, OLIVE, INDIGO, TEAL, GREY)
-
-
-def method_colours(methods: list[str]) -> dict[str, str]:
-    """One colour for each method name, in the order of first appearance; beyond twelve they repeat."""
-    names = list(dict.fromkeys(methods))
-    return {name: METHODS[index % len(METHODS)] for index, name in enumerate(names)}

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeAlias, TypeVar
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -99,11 +100,21 @@ def printed(draw: Callable[P, R]) -> Callable[P, R]:
     return decorated
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of so many inches on paper, laid out so that nothing is cut off."""
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
+    """An empty figure of so many inches on paper.
+
+    constrained: axes are laid out so that nothing is cut off or overlaps; else `add_axes` says where they stand.
+    """
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained" if constrained else "none")
     FigureCanvasAgg(figure)
     return figure
+
+
+def add_axes(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
+    """Axes whose frame stands so many inches from the figure's left and top edges."""
+    whole_width, whole_height = figure.get_size_inches()
+    bottom = whole_height - top - height
+    return figure.add_axes((left / whole_width, bottom / whole_height, width / whole_width, height / whole_height))
 
 
 def marker_style(style: Style, filled: bool = True, size: float = 4.5) -> dict[str, Any]:

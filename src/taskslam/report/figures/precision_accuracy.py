@@ -1,0 +1,114 @@
+"""Precision against accuracy, position and orientation, with the completeness beside them (protocol 5.3, 5.5).
+
+A method is one marker at its means over complete waypoints: filled if and only if it reached every waypoint in every
+round. Below the dashed line its arrivals agree better with one another than with the goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from taskslam.report import palette
+from taskslam.report.figures.bars import KeyLine, Row, draw_rows, rows_height
+from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, add_parity, scale_of, set_axis
+from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed
+from taskslam.report.figures.tags import add_tags
+from taskslam.report.markers import Style
+
+_NUMBERED_ABOVE = 6  # methods; more than these are numbered, for colours alone would not tell them apart
+_LEFT, _RIGHT, _TOP, _BOTTOM = 0.42, 0.3, 0.36, 0.36  # in: around a panel, for its ticks and labels
+_HEAD, _EDGE = 0.08, 0.1  # in: above the rows, and at the edge of the paper
+
+
+@dataclass(frozen=True)
+class Point:
+    """One marker, in the quantity's unit. tag: a short text beside it, or none; intervals: drawn as whiskers."""
+
+    style: Style
+    filled: bool
+    accuracy: float
+    precision: float
+    accuracy_interval: tuple[float, float] | None = None
+    precision_interval: tuple[float, float] | None = None
+    tag: str = ""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One quantity of all methods."""
+
+    quantity: Quantity
+    points: Sequence[Point]
+
+
+@printed
+def precision_accuracy_figure(
+    panels: Sequence[Panel],
+    rows: Sequence[Row],
+    key: Sequence[KeyLine],
+    width: Width,
+    units: Units,
+    scales: Sequence[Scale] | None = None,
+) -> Figure:
+    """Draw a panel for each quantity, the rows beside them and the key below. scales: else from the points."""
+    scales = scales or [scatter_scale(panel.points) for panel in panels]
+    across, down = (1, len(panels)) if width == "column" else (len(panels), 1)
+    legend = 1.06 if width == "column" else 1.5
+    side = (WIDTHS[width] - legend - _EDGE) / across - _LEFT - _RIGHT
+    cell_width, cell_height = _LEFT + side + _RIGHT, _TOP + side + _BOTTOM
+    figure = new_figure(
+        WIDTHS[width], max(down * cell_height, rows_height(rows, key) + _HEAD + _EDGE), constrained=False
+    )
+    drawn: list[Axes] = []
+    for index, (panel, scale) in enumerate(zip(panels, scales, strict=True)):
+        axes = add_axes(figure, _LEFT + index % across * cell_width, _TOP + index // across * cell_height, side, side)
+        draw_precision_accuracy(axes, panel.points, scale, panel.quantity, units)
+        drawn.append(axes)
+    draw_rows(figure, across * cell_width + _EDGE / 2, _HEAD, legend - _EDGE / 2, rows, "completeness, %", key)
+    for axes, panel in zip(drawn, panels, strict=True):
+        add_tags(axes, [((point.accuracy, point.precision), point.tag) for point in panel.points])
+    return figure
+
+
+def scatter_scale(points: Sequence[Point]) -> Scale:
+    """One scale for both directions, that of all markers and whiskers."""
+    values = [value for point in points for value in (point.accuracy, point.precision)]
+    ends = [
+        end
+        for point in points
+        for interval in (point.accuracy_interval, point.precision_interval)
+        for end in interval or ()
+    ]
+    return scale_of([*values, *ends])
+
+
+def draw_precision_accuracy(
+    axes: Axes, points: Sequence[Point], scale: Scale, quantity: Quantity, units: Units
+) -> None:
+    """Draw one panel: precision upwards over accuracy rightwards."""
+    set_axis(axes, "x", scale, quantity, units, f"accuracy {quantity.accuracy}")
+    set_axis(axes, "y", scale, quantity, units, f"precision {quantity.precision}")
+    add_grid(axes)
+    add_parity(axes, scale, f"{quantity.precision} = {quantity.accuracy}")
+    for point in points:
+        whisker = {"color": point.style.colour, "linewidth": 0.6, "alpha": 0.7, "zorder": 2}
+        if point.accuracy_interval is not None:
+            axes.plot(point.accuracy_interval, [point.precision] * 2, **whisker)
+        if point.precision_interval is not None:
+            axes.plot([point.accuracy] * 2, point.precision_interval, **whisker)
+    # Hollow markers last: a filled one would hide them.
+    for point in sorted(points, key=lambda point: not point.filled):
+        at = scale.held(point.accuracy), scale.held(point.precision)
+        axes.plot(*at, linestyle="none", zorder=3, **marker_style(point.style, point.filled))
+    if not points:
+        axes.text(0.5, 0.5, "no method has a\nprecision to show", transform=axes.transAxes, ha="center", va="center",
+                  color=palette.MUTED)  # fmt: skip
+
+
+def tags_of(count: int) -> list[str]:
+    """What is written beside the markers of so many methods: their numbers in the legend, where they are many."""
+    return [str(number) if count > _NUMBERED_ABOVE else "" for number in range(1, count + 1)]
