@@ -30,7 +30,8 @@ from taskslam.cli.options import parse_options
 from taskslam.errors import MethodUnavailableError
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.record import load_run
-from taskslam.report.palette import HAIRLINE, INK, MUTED, method_colours
+from taskslam.report.markers import method_styles
+from taskslam.report.palette import HAIRLINE, INK, MUTED
 from taskslam.scenario import load_scenario
 from taskslam.slam.latency import LatencyMode, LatencyModel
 
@@ -142,7 +143,7 @@ def draw() -> None:
     """Three panels over cpu_scale from the table."""
     machine, rows = read_table()
     methods = list(dict.fromkeys(row["method"] for row in rows))
-    colours = method_colours(methods)
+    colours = {name: style.colour for name, style in method_styles(methods).items()}
     plt.rcParams.update({"font.size": 10, "axes.edgecolor": MUTED, "text.color": INK, "axes.labelcolor": INK})
     figure, panels = plt.subplots(1, 3, figsize=(11, 3.9), layout="constrained")
     for number, method in enumerate(methods):

@@ -77,7 +77,7 @@ def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row
 def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
     """What filling and the shapes of markers mean, as far as these methods show it."""
     sensors = {result.sensor: result for result in ranked}
-    shapes = {}
+    shapes: dict[int, tuple[str, Style]] = {}
     for sensor, result in sensors.items():
         shapes.setdefault(result.style.shape, (cards.sensor_name(sensor), Style(palette.MUTED, result.style.shape)))
     if any(not sensor for sensor in sensors) or len(shapes) < 2:

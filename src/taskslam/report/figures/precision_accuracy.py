@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -95,7 +96,7 @@ def draw_precision_accuracy(
     add_grid(axes)
     add_parity(axes, scale, f"{quantity.precision} = {quantity.accuracy}")
     for point in points:
-        whisker = {"color": point.style.colour, "linewidth": 0.6, "alpha": 0.7, "zorder": 2}
+        whisker: dict[str, Any] = {"color": point.style.colour, "linewidth": 0.6, "alpha": 0.7, "zorder": 2}
         if point.accuracy_interval is not None:
             axes.plot(point.accuracy_interval, [point.precision] * 2, **whisker)
         if point.precision_interval is not None:

@@ -105,7 +105,7 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
 
     constrained: axes are laid out so that nothing is cut off or overlaps; else `add_axes` says where they stand.
     """
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained" if constrained else "none")
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained" if constrained else None)
     FigureCanvasAgg(figure)
     return figure
 

@@ -22,8 +22,8 @@ def add_tags(axes: Axes, tags: Sequence[tuple[tuple[float, float], str]]) -> Non
 
     Call it last: it fixes the layout of the figure, for places on paper must be known.
     """
-    figure = axes.figure
-    if not any(text for _, text in tags):
+    figure = axes.get_figure(root=True)
+    if figure is None or not any(text for _, text in tags):
         return
     figure.draw_without_rendering()
     to_points = 72.0 / figure.dpi
