@@ -44,6 +44,14 @@ class RecordError(InputError):
     """A run directory or journal cannot be read."""
 
 
+class DatasetError(InputError):
+    """A recording (EuRoC folder, bag, MCAP, published trial) cannot be read, or lacks what is asked of it."""
+
+
+class TrajectoryError(InputError):
+    """A trajectory, a recording or a study of several cannot be read or evaluated."""
+
+
 class InfrastructureError(TaskSlamError):
     """The benchmark itself failed; never counted against a method (design D6)."""
 
