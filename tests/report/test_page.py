@@ -1,3 +1,7 @@
+import base64
+import hashlib
+import html
+import json
 import re
 from html.parser import HTMLParser
 
@@ -6,7 +10,7 @@ import pytest
 from taskslam.errors import DiskFullError, RecordError
 from taskslam.report import write_report
 
-VOID = {"meta", "br", "link", "img", "hr"}
+VOID = {"meta", "br", "link", "img", "hr", "input"}
 
 
 class Checker(HTMLParser):
@@ -14,11 +18,12 @@ class Checker(HTMLParser):
 
     def __init__(self):
         super().__init__()
-        self.open, self.faults, self.tags, self.ids = [], [], [], []
+        self.open, self.faults, self.tags, self.ids, self.classes = [], [], [], [], []
 
     def handle_starttag(self, tag, attributes):
         self.tags.append(tag)
         self.ids += [value for name, value in attributes if name == "id"]
+        self.classes += [word for name, value in attributes if name == "class" for word in value.split()]
         if tag not in VOID:
             self.open.append(tag)
 
@@ -58,8 +63,19 @@ def test_the_page_needs_nothing_from_outside(page):
     references = re.findall(r'(?:src|href|url)\s*[=(]\s*["\']?([^"\')\s>]+)', text)
     assert references
     assert [ref for ref in references if not ref.startswith(("#", "data:image/png;base64,"))] == []
-    assert "<script" not in text
     assert "@import" not in text
+    assert " src=" not in text
+
+
+def test_the_policy_lets_the_page_run_its_own_script_and_nothing_else(page):
+    """A browser refuses any script or style sheet whose text has another hash (CSP level 2)."""
+    text = page.read_text()
+    policy = html.unescape(re.search(r'http-equiv="Content-Security-Policy" content="([^"]+)"', text).group(1))
+    for tag, source in (("script", "script-src"), ("style", "style-src-elem")):
+        own = re.search(rf"<{tag}>(.*?)</{tag}>", text, re.DOTALL).group(1)
+        assert f"{source} 'sha256-{base64.b64encode(hashlib.sha256(own.encode()).digest()).decode()}';" in policy
+    assert policy.startswith("default-src 'none';")
+    assert "unsafe-eval" not in policy
 
 
 def test_the_verdict_stands_before_the_pictures(page):
@@ -70,10 +86,17 @@ def test_the_verdict_stands_before_the_pictures(page):
 
 def test_every_run_has_a_map_a_panel_for_each_waypoint_and_its_bars(page):
     checker = parse(page)
-    runs, waypoints, curves = 3, 3, 2
-    windows = runs * waypoints  # each panel holds one nested drawing
-    assert checker.tags.count("svg") == curves + runs * (1 + waypoints + waypoints + 1) + windows
-    assert checker.tags.count("image") == runs
+    ids = [name for name in checker.ids if re.fullmatch(r"run-\d-w\d", name)]
+    assert len(ids) == 3 * 3
+    assert checker.classes.count("map") == 1 + 3  # the scenario's, and one for each run
+    assert page.read_text().count('aria-label="Control and estimation error"') == 3 * (3 + 1)
+
+
+def test_a_floor_plan_stands_on_the_page_once_and_every_map_refers_to_it(page):
+    text = page.read_text()
+    (key,) = re.findall(r'<image id="(plan-\w+)"', text)
+    maps = 1 + 3 + 1  # the scenario's, one for each run, one for the failure
+    assert text.count(f'<use href="#{key}"') == maps
 
 
 def test_failures_are_shown_with_where_and_why_and_escaped(page):
@@ -99,8 +122,18 @@ def test_the_same_runs_give_the_same_bytes(page, tmp_path):
 def test_a_title_from_a_scenario_cannot_inject(make_run, tmp_path):
     make_run(title="<script>alert(1)</script>")
     text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
-    assert "<script" not in text
+    assert "<script>alert" not in text
     assert "&lt;script&gt;alert(1)" in text
+    assert text.count("<script") == 2  # the data and the page's own
+
+
+def test_text_that_looks_like_the_end_of_a_script_stays_inside_the_data(make_run, tmp_path):
+    make_run(method="</script><script>alert(1)</script><!--")
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    data = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL).group(1)
+    (run,) = json.loads(data)["runs"].values()
+    assert run["name"] == "</script><script>alert(1)</script><!--, without map"
+    assert "<" not in data
 
 
 @pytest.mark.parametrize("options", [{"rounds": 1}, {"truth": False}, {"plan": False}, {"rounds": 1, "failed": True}])

@@ -11,11 +11,6 @@ def test_centimetres_show_the_decimals_that_matter(metres, text):
     assert words.centimetres(metres) == text
 
 
-def test_the_task_units():
-    assert words.diameters(0.15, 0.3) == "0.50 D"
-    assert words.fields_of_view(0.17453293, 80.0) == "0.125 FoV"
-
-
 def test_every_outcome_that_can_reach_the_page_has_words():
     for outcome in Outcome:
         if outcome.blames != "infrastructure":

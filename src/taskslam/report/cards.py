@@ -53,6 +53,12 @@ def yes_or_no(card: Mapping[str, Any], field: str) -> str:
     return DASH if value is None else "yes" if value else "no"
 
 
+def latency(card: Mapping[str, Any]) -> str:
+    """The latency on the card, which `fixed` runs use."""
+    value = card.get("latency")
+    return f"{1000 * value:g} ms" if isinstance(value, int | float) else DASH
+
+
 def known_limits(card: Mapping[str, Any]) -> list[str]:
     """What a reader must know before comparing this method with another."""
     limits = []

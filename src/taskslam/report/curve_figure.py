@@ -18,13 +18,17 @@ _SIZE = (520.0, 340.0)
 
 @dataclass(frozen=True)
 class Curve:
-    """One line. precisions: E in metres of the complete waypoints; planned: all waypoints; marked: with a marker."""
+    """One line. precisions: E in metres of the complete waypoints; planned: all waypoints; marked: with a marker.
+
+    name: what a pointer resting on the line is told.
+    """
 
     precisions: tuple[float, ...]
     planned: int
     style: Style
     dashed: bool
     marked: bool = False
+    name: str = ""
 
 
 def curve_figure(
@@ -45,12 +49,14 @@ def curve_figure(
         steps = _steps(curve, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
-        svg.polyline(points, stroke=curve.style.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
-        rises = np.flatnonzero(steps[:, 1] > 0)
-        if curve.marked and len(rises):
-            # Half way up its own rise, where the lines lie furthest apart.
-            x, y = points[int(np.argmax(steps[:, 1] >= steps[-1, 1] / 2))]
-            draw_marker(svg, curve.style, float(x), float(y), 5.0)
+        with svg.group(data_method=curve.style.key, data_mode="without-map" if curve.dashed else "with-map"):
+            svg.add("title", f"{curve.name}: {len(curve.precisions)} of {curve.planned} waypoints have a precision")
+            svg.polyline(points, stroke=curve.style.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
+            rises = np.flatnonzero(steps[:, 1] > 0)
+            if curve.marked and len(rises):
+                # Half way up its own rise, where the lines lie furthest apart.
+                x, y = points[int(np.argmax(steps[:, 1] >= steps[-1, 1] / 2))]
+                draw_marker(svg, curve.style, float(x), float(y), 5.0)
     return svg.markup()
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,4 +93,13 @@ def marker_icon(style: Style, label: str, filled: bool = True) -> Markup:
     """A marker as a small drawing for running text."""
     svg = Svg(16, 16, label, kind="icon")
     draw_marker(svg, style, 8.0, 8.0, 4.6, filled)
+    return svg.markup()
+
+
+def marker_shapes(styles: Iterable[Style]) -> Markup:
+    """Every method's marker once, around (0, 0) and drawn nowhere: the page's script refers to it as `mark-KEY`."""
+    svg = Svg(0, 0, "Markers", kind="shared")
+    for style in styles:
+        with svg.group(id=f"mark-{style.key}"):
+            draw_marker(svg, style, 0.0, 0.0, 4.6)
     return svg.markup()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
@@ -12,23 +14,33 @@ from markupsafe import Markup
 from taskslam.evaluation import read_runs
 from taskslam.record.files import write_whole, writing
 from taskslam.report import cards, palette, words
-from taskslam.report.markers import method_styles
-from taskslam.report.suite import is_suite, suite_view
-from taskslam.report.views import method_labels, run_view, scenario_view
+from taskslam.report.failure_story import WINDOW_S
+from taskslam.report.markers import Style, marker_icon, marker_shapes, method_styles
+from taskslam.report.names import method_labels
+from taskslam.report.page_data import page_data
+from taskslam.report.plan_drawing import plan_pictures
+from taskslam.report.setting import facts
+from taskslam.report.suite import SuiteView, is_suite, suite_view
+from taskslam.report.verdicts import mode_verdicts, run_verdict
+from taskslam.report.views import MODES, RunView, ScenarioView, run_view, scenario_view
 
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
+_STYLES = ("style.css", "interactive.css", "print.css")
 
 
 def write_report(folders: Sequence[Path], out: Path) -> Path:
     """Write the page about all finished runs at or below the given folders; returns its path.
 
-    With several scenarios or more than two methods it opens with an overview of all of them (`suite.py`). Runs that
-    cannot be read are named on the page and left out. Raises RecordError if there is no run at all, DiskFullError if
-    the page cannot be written.
+    With several scenarios or more than two methods it opens with an overview of all of them (`suite.py`). Runs and
+    trajectories that cannot be read are named on the page and left out. Raises RecordError if there is no run at all,
+    DiskFullError if the page cannot be written.
     """
     read, left_out = read_runs(folders)
     labels = method_labels([record.manifest for record, _ in read])
-    styles = method_styles(labels)
+    main = {
+        name: cards.main_sensor(record.manifest.method_card) for name, (record, _) in zip(labels, read, strict=True)
+    }
+    styles = method_styles(labels, main)
     runs = [
         run_view(f"run-{index}", label, record, metrics, styles[label])
         for index, (label, (record, metrics)) in enumerate(zip(labels, read, strict=True), start=1)
@@ -38,22 +50,91 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite)
         for name in sorted({run.metrics.scenario for run in runs})
     ]
+    modes = [mode for mode in MODES if any(run.metrics.mode == mode for run in runs)]
+    suite = suite_view(runs, scenarios) if whole_suite else None
+    style = _style(list(styles.values()), modes)
+    script = _own("page.js")
     environment = Environment(
         loader=PackageLoader("taskslam.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    style = resources.files("taskslam.report").joinpath("templates", "style.css").read_text(encoding="utf-8")
     text = environment.get_template("report.html").render(
-        suite=suite_view(runs, scenarios) if whole_suite else None,
+        suite=suite,
         scenarios=scenarios,
         folded=len(runs) > MOST_OPEN_RUNS,
         left_out=left_out,
+        damaged=[(run.metrics.directory, reason) for run in runs for reason in run.damage],
+        modes=modes,
+        methods=[(name, marker_icon(look, name), look.key) for name, look in styles.items()],
+        cards_shown=_cards(runs),
+        facts=facts(runs) if runs else [],
+        task_units=_task_units(runs),
+        parts=_parts(suite, scenarios),
+        shared=[plan_pictures([run.plan for run in runs if run.plan is not None]), marker_shapes(styles.values())],
+        data=page_data(scenarios),
+        story_window=WINDOW_S,
+        mode_verdicts=mode_verdicts,
+        run_verdict=run_verdict,
         words=words,
         cards=cards,
         palette=palette,
         style=Markup(style),  # noqa: S704 our own file, no input in it
+        script=Markup(script),  # noqa: S704 our own file, no input in it
+        policy=_policy(style, script),
     )
     with writing(out):
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
     write_whole(out, text)
     return out
+
+
+def _own(name: str) -> str:
+    return resources.files("taskslam.report").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _style(styles: Sequence[Style], modes: Sequence[str]) -> str:
+    """The style sheet, with a rule for each box of the filter: what it stands for is hidden while it is not checked."""
+    boxes = [("method", style.key) for style in styles] + [("mode", mode) for mode in modes]
+    rules = [
+        f':root:has(#show-{value}:not(:checked)) [data-{kind}="{value}"] {{ display: none !important; }}'
+        for kind, value in boxes
+    ]
+    return "\n".join([*(_own(name) for name in _STYLES), *rules])
+
+
+def _policy(style: str, script: str) -> str:
+    """What the browser may do for this page: run its own script, apply its own style, draw its own pictures."""
+    own_style, own_script = (
+        "'sha256-" + base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii") + "'"
+        for text in (style, script)
+    )
+    return (
+        f"default-src 'none'; script-src {own_script}; style-src-elem {own_style}; style-src-attr 'unsafe-inline'; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _cards(runs: Sequence[RunView]) -> list[tuple[str, Markup, str, dict[str, object]]]:
+    """Each method's name, marker, filter key and card, as its first run had it."""
+    first = {run.label: run for run in reversed(runs)}
+    return [
+        (label, first[label].method_icon, first[label].style.key, first[label].manifest.method_card)
+        for label in dict.fromkeys(run.label for run in runs)
+    ]
+
+
+def _task_units(runs: Sequence[RunView]) -> str:
+    """How the switch names the task's units; with several tasks on the page each number is in its own."""
+    sizes = {(run.manifest.robot_diameter, run.manifest.field_of_view) for run in runs}
+    if len(sizes) != 1:
+        return "D, FoV" if sizes else ""
+    diameter, field = sizes.pop()
+    return f"D = {100 * diameter:g} cm, FoV = {field:g}°"
+
+
+def _parts(suite: SuiteView | None, scenarios: Sequence[ScenarioView]) -> list[tuple[str, str]]:
+    """Anchors and names for the line of links."""
+    parts = [("methods", "All methods")] if suite else []
+    parts += [(scenario.anchor if suite else f"{scenario.anchor}-waypoints", scenario.title) for scenario in scenarios]
+    parts += [(f"{scenario.anchor}-failures", "Failures") for scenario in scenarios if scenario.failures][:1]
+    return [*parts, ("what-was-run", "What was run"), ("how-to-read", "How to read this")]

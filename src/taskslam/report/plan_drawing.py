@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import io
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import Markup
 from PIL import Image
 
 from taskslam.geometry import SE2, FloatArray, transform_points
@@ -56,8 +58,8 @@ def begin_plan(plan: FloorPlan | None, view: PlanView, label: str) -> Svg:
     """Begin a drawing with the floor plan, or white, and its scale bar below."""
     svg = Svg(view.width, view.height + _FOOT, label)
     if plan is not None:
-        _draw_plan(svg, plan, view)
-    _draw_scale_bar(svg, view.scale, view.height + 18)
+        draw_plan(svg, plan, view)
+    draw_scale_bar(svg, view.scale, view.height + 18)
     return svg
 
 
@@ -92,8 +94,9 @@ def draw_failure(svg: Svg, at: SE2, view: PlanView) -> None:
             svg.line(x - dx, y - 8, x + dx, y + 8, stroke=colour, stroke_width=width, stroke_linecap="round")
 
 
-def _draw_plan(svg: Svg, plan: FloorPlan, view: PlanView) -> None:
-    rows, columns = plan.cells.shape
+def draw_plan(svg: Svg, plan: FloorPlan, view: PlanView) -> None:
+    """Draw a floor plan by reference to its picture, which `plan_pictures` puts on the page once."""
+    rows = plan.cells.shape[0]
     # Pixel (0, 0) of the picture is the top left of the grid, so columns run along x and rows against y.
     corner, along, down = view(
         transform_points(plan.origin, np.array([[0, rows], [1, rows], [0, rows - 1]]) * plan.resolution)
@@ -101,15 +104,23 @@ def _draw_plan(svg: Svg, plan: FloorPlan, view: PlanView) -> None:
     a, b = along - corner
     c, d = down - corner
     matrix = " ".join(f"{value:.6f}" for value in (a, b, c, d, *corner))
-    svg.add(
-        "image",
-        href=_picture(plan),
-        width=columns,
-        height=rows,
-        transform=f"matrix({matrix})",
-        style="image-rendering:pixelated",
-        preserveAspectRatio="none",
-    )
+    svg.add("use", href=f"#{plan_key(plan)}", transform=f"matrix({matrix})")
+
+
+def plan_pictures(plans: Iterable[FloorPlan]) -> Markup:
+    """Every floor plan once, drawn nowhere: the figures of a page refer to it. One pixel is one unit of a drawing."""
+    svg = Svg(0, 0, "Floor plans", kind="shared")
+    for key, plan in {plan_key(plan): plan for plan in plans}.items():
+        rows, columns = plan.cells.shape
+        svg.add("image", id=key, href=_picture(plan), width=columns, height=rows, preserveAspectRatio="none",
+                class_="plan")  # fmt: skip
+    return svg.markup()
+
+
+def plan_key(plan: FloorPlan) -> str:
+    """The name of a plan's picture on the page: the same cells have the same name."""
+    shape = np.array(plan.cells.shape, dtype=np.int64)
+    return "plan-" + hashlib.sha256(shape.tobytes() + np.ascontiguousarray(plan.cells).tobytes()).hexdigest()[:12]
 
 
 def _picture(plan: FloorPlan) -> str:
@@ -124,7 +135,8 @@ def _picture(plan: FloorPlan) -> str:
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
-def _draw_scale_bar(svg: Svg, scale: float, y: float) -> None:
+def draw_scale_bar(svg: Svg, scale: float, y: float) -> None:
+    """Draw a round number of metres at the left. scale: drawing units in a metre."""
     metres = next(length for length in (1, 2, 5, 10, 20, 50) if length * scale >= 90 or length == 50)
     end = 12 + metres * scale
     svg.line(12.0, y, end, y, stroke=palette.INK, stroke_width=1.6)

@@ -69,12 +69,13 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
              transform=f"rotate(-{turn:.1f} {x:.1f} {y:.1f})")  # fmt: skip
     places = [(x_of(point.accuracy_m), y_of(point.precision_m)) for point in points]
     names = [point.name for point in points]
-    for name, place in zip(names, place_labels(places, names, 8.0, 12.0, (left, top, right, bottom)), strict=True):
+    labels = place_labels(places, names, 8.0, 12.0, (left, top, right, bottom))
+    for point, place in zip(points, labels, strict=True):
         if place is not None:  # else the legend must do
-            svg.text(*place, name, fill=palette.INK, font_size=12, class_="halo")
+            svg.text(*place, point.name, fill=palette.INK, font_size=12, class_="halo", data_method=point.style.key)
     # Hollow markers last: a filled one would hide them.
     for point, (x, y) in sorted(zip(points, places, strict=True), key=lambda pair: not pair[0].complete):
-        with svg.group():
+        with svg.group(data_method=point.style.key):
             svg.add("title", f"{point.name}: E {point.precision_m * 100:.2f} cm, e {point.accuracy_m * 100:.2f} cm")
             draw_marker(svg, point.style, x, y, 6.0, filled=point.complete)
     return svg.markup()

@@ -15,6 +15,7 @@ from taskslam.report.curve_figure import curve_figure, enlarged_limit
 from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.markers import Style, marker_icon
 from taskslam.report.scatter_figure import Point, scatter_axis, scatter_figure
+from taskslam.report.units import Units
 from taskslam.report.views import MODES, CurvePanel, RunView, ScenarioView, curve_of
 from taskslam.report.violin_figure import MOST_TICKS, violin_strip
 
@@ -108,24 +109,10 @@ class SuiteView:
         entries = [entry for method in self.methods for entry in method.entries if entry.mode == mode]
         return sorted(entries, key=lambda entry: entry.rank)
 
-    def verdict(self, mode: str) -> str:
-        """One or two sentences on what the methods achieved in one mode; references are left out."""
-        ranked = [entry for entry in self.ranked(mode) if not entry.is_reference]
-        if not ranked:
-            return "Only references ran."
-        best = ranked[0]
-        if not best.complete:
-            share = words.percent(best.pooled.completeness)
-            return f"No method reached every waypoint in every round; {best.name} came furthest with {share} %."
-        number = sum(entry.complete for entry in ranked)
-        of_all = _count(len(ranked), "method")
-        who = f"{best.name} alone of {of_all}" if number == 1 < len(ranked) else f"{number} of {of_all}"
-        text = f"{who} reached every waypoint in every round"
-        E = best.pooled.position.precision_m
-        if E is None:
-            return f"{text}."
-        closest = "its" if number == 1 else f"{best.name} comes back most closely: its"
-        return f"{text}; {closest} arrivals lie {words.centimetres(E)} cm from their mean."
+    @property
+    def units(self) -> Units:
+        """What the task measures in."""
+        return Units(self.diameter_m, self.field_of_view)
 
     @property
     def title(self) -> str:
@@ -136,7 +123,7 @@ class SuiteView:
             (references, "reference"),
             (len(self.scenarios), "scenario"),
         ]
-        return ", ".join(_count(number, what) for number, what in counts if number)
+        return ", ".join(words.count(number, what) for number, what in counts if number)
 
     @property
     def waypoints(self) -> int:
@@ -205,6 +192,7 @@ def _scatters(entries: Sequence[Entry], diameter: float | None) -> tuple[CurvePa
     return tuple(
         CurvePanel(
             words.mode(mode).capitalize(),
+            mode,
             scatter_figure(points[mode], axis, diameter, f"Precision against accuracy, {words.mode(mode)}"),
         )
         for mode in MODES
@@ -235,13 +223,11 @@ def _curves(entries: Sequence[Entry], diameter: float | None) -> tuple[CurvePane
     ):
         panels += [
             CurvePanel(
-                f"{words.mode(mode).capitalize()}, {what}", curve_figure(curves[mode], limit, diameter, _CURVE_SIZE)
+                f"{words.mode(mode).capitalize()}, {what}",
+                mode,
+                curve_figure(curves[mode], limit, diameter, _CURVE_SIZE),
             )
             for mode in MODES
             if curves[mode]
         ]
     return tuple(panels)
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"

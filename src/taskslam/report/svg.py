@@ -51,11 +51,11 @@ class Svg:
         self.add("text", content, x=x, y=y, **attributes)
 
     @contextmanager
-    def group(self, **attributes: object) -> Iterator[None]:
-        """Elements added inside share these attributes."""
-        self._parts.append(f"<g{_attributes(attributes)}>")
+    def group(self, tag: str = "g", /, **attributes: object) -> Iterator[None]:
+        """Elements added inside share these attributes. tag: `g`, or `a` for a link."""
+        self._parts.append(f"<{tag}{_attributes(attributes)}>")
         yield
-        self._parts.append("</g>")
+        self._parts.append(f"</{tag}>")
 
     @contextmanager
     def window(self, width: float, height: float) -> Iterator[None]:

@@ -14,20 +14,21 @@ from taskslam.report import palette
 from taskslam.report.plan_drawing import PlanView, begin_plan, draw_failure, draw_start, draw_waypoint, plan_view
 from taskslam.report.simplify import simplified
 from taskslam.report.svg import Svg
+from taskslam.report.tracks import Tracks
 from taskslam.world import FloorPlan
 
 _TOLERANCE = 0.4  # of a drawing 1000 wide: what leaving points out may move a line by
 
 
-def tour_figure(record: RunRecord, metrics: RunMetrics, plan: FloorPlan | None) -> Markup:
+def tour_figure(record: RunRecord, metrics: RunMetrics, plan: FloorPlan | None, tracks: Tracks) -> Markup:
     """Draw the tour of one run; without a floor plan, on white."""
-    truths = {start: record.trajectory(start.round, "truth").poses for start in record.rounds()}
+    truths = {start: tracks.get(start.round, "truth").poses for start in record.rounds()}
     goals = np.array([goal.array()[:2] for goal in record.manifest.goals])
     view = plan_view(plan, [goals, *truths.values()])
     svg = begin_plan(
         plan, view, f"Floor plan with {len(metrics.waypoints)} waypoints and the trajectories of {metrics.method}"
     )
-    _draw_trajectories(svg, record, truths, view)
+    _draw_trajectories(svg, tracks, truths, view)
     if record.manifest.start is not None:
         draw_start(svg, record.manifest.start, view)
     for waypoint in metrics.waypoints:
@@ -38,13 +39,13 @@ def tour_figure(record: RunRecord, metrics: RunMetrics, plan: FloorPlan | None) 
     return svg.markup()
 
 
-def _draw_trajectories(svg: Svg, record: RunRecord, truths: Mapping[RoundStarted, FloatArray], view: PlanView) -> None:
+def _draw_trajectories(svg: Svg, tracks: Tracks, truths: Mapping[RoundStarted, FloatArray], view: PlanView) -> None:
     """Estimates as a broad band underneath, truth as a fine line on top; the priming round in grey."""
     joined = {"stroke_linejoin": "round", "stroke_linecap": "round"}
     with svg.group(stroke=palette.BELIEF, stroke_width=5, stroke_opacity=0.5, **joined):
-        for start in record.rounds():
+        for start in truths:
             if not start.priming:
-                _draw_path(svg, record.trajectory(start.round, "estimate").poses, view)
+                _draw_path(svg, tracks.get(start.round, "estimate").poses, view)
     for start, poses in truths.items():
         colour = palette.MUTED if start.priming else palette.TRUTH
         dash = {"stroke_dasharray": "2 4"} if start.priming else {}

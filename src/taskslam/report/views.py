@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,8 +20,12 @@ from taskslam.report.arrivals_figure import arrivals_figures
 from taskslam.report.curve_figure import Curve, curve_figure, enlarged_limit
 from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
 from taskslam.report.failure_figure import failure_figure
+from taskslam.report.failures import FailureView, failure_views
 from taskslam.report.markers import Style, marker_icon
 from taskslam.report.tour_figure import tour_figure
+from taskslam.report.tracks import Tracks
+from taskslam.report.units import Units
+from taskslam.report.waypoints_figure import waypoints_figure
 from taskslam.world import FloorPlan
 from taskslam.world.map_server import load_floor_plan
 
@@ -40,7 +43,10 @@ class WaypointView:
 
 @dataclass(frozen=True)
 class RunView:
-    """A run with its pictures. anchor: where the page's links point; label: the method's name on this page."""
+    """A run with its pictures. anchor: where the page's links point; label: the method's name on this page.
+
+    damage: trajectories that could not be read, and why.
+    """
 
     anchor: str
     label: str
@@ -51,6 +57,8 @@ class RunView:
     tour: Markup
     waypoints: tuple[WaypointView, ...]
     mean_bars: Markup
+    failures: tuple[FailureView, ...]
+    damage: tuple[str, ...]
 
     @property
     def name(self) -> str:
@@ -68,6 +76,16 @@ class RunView:
         return marker_icon(self.style, self.label, self.metrics.complete_waypoints == self.metrics.planned_waypoints)
 
     @property
+    def units(self) -> Units:
+        """What the task measures in."""
+        return Units(self.manifest.robot_diameter, self.manifest.field_of_view)
+
+    def shade(self, waypoint: WaypointMetrics) -> str:
+        """How dark a cell of the matrix is, 0 at E = 1 mm to 1 at 1 m, by its logarithm."""
+        E = waypoint.position.precision_m
+        return "0" if E is None else f"{min(max(math.log10(max(E, 1e-3) / 1e-3) / 3, 0.0), 1.0):.2f}"
+
+    @property
     def method_icon(self) -> Markup:
         """The method's marker, as on a curve."""
         return marker_icon(self.style, self.label)
@@ -82,9 +100,10 @@ class RunView:
 
 @dataclass(frozen=True)
 class CurvePanel:
-    """One cumulative curve figure and what it shows."""
+    """One figure of a row and what it shows. mode: the mode that it is about, or None."""
 
     caption: str
+    mode: str | None
     figure: Markup
 
 
@@ -96,14 +115,20 @@ class ScenarioView:
     title: str
     runs: tuple[RunView, ...]
     curves: tuple[CurvePanel, ...]
-    failures: tuple[tuple[RunView, Failure], ...]
+    failures: tuple[tuple[RunView, FailureView], ...]
+    waypoints_plan: Markup
     failure_plan: Markup | None
     configurations: int
 
     @property
     def anchor(self) -> str:
         """Where the page's links point."""
-        return f"scenario-of-{self.runs[0].anchor}"
+        return _anchor(self.runs)
+
+    @property
+    def most_waypoints(self) -> int:
+        """Goals of the run that has most: columns of a table."""
+        return max(len(run.waypoints) for run in self.runs)
 
 
 def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, style: Style) -> RunView:
@@ -111,6 +136,9 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
     limit = bar_limit(metrics)
     tolerance = record.manifest.goal_tolerance
     plan = _floor_plan(record.directory)
+    tracks = Tracks(record)
+    tour = tour_figure(record, metrics, plan, tracks)
+    failures = failure_views(record, metrics, plan, tracks)
     return RunView(
         anchor=anchor,
         label=label,
@@ -118,7 +146,7 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
         manifest=record.manifest,
         style=style,
         plan=plan,
-        tour=tour_figure(record, metrics, plan),
+        tour=tour,
         waypoints=tuple(
             WaypointView(waypoint, arrivals, waypoint_bars(waypoint, limit))
             for waypoint, arrivals in zip(
@@ -126,6 +154,8 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
             )
         ),
         mean_bars=error_bars(metrics.control, metrics.estimation, limit),
+        failures=failures,
+        damage=tuple(tracks.damage),
     )
 
 
@@ -136,41 +166,25 @@ def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
     """
     runs = sorted(runs, key=lambda run: run.rank) if in_suite else runs
     first = runs[0].manifest
-    failures = tuple((run, failure) for run in runs for failure in run.metrics.failures)
+    failures = tuple((run, failure) for run in runs for failure in run.failures)
+    plan = next((run.plan for run in runs if run.plan is not None), None)
     return ScenarioView(
         name=first.scenario_name,
         title=first.title,
         runs=tuple(runs),
         curves=_curves_by_mode(runs) if in_suite else _curves(runs),
         failures=failures,
-        failure_plan=_failure_plan(runs, [failure for _, failure in failures]) if in_suite else None,
+        waypoints_plan=waypoints_figure(plan, first.start, first.goals, _always_reached(runs), _anchor(runs)),
+        failure_plan=_failure_plan(runs, plan, [view.failure for _, view in failures]) if in_suite else None,
         configurations=len({run.manifest.scenario_hash for run in runs}),
     )
-
-
-def method_labels(manifests: Sequence[Manifest]) -> list[str]:
-    """The name of each run's method; where one was run with several options or latencies, with what differs."""
-    variants: dict[str, set[str]] = {}
-    latencies: dict[str, set[str]] = {}
-    for manifest in manifests:
-        variants.setdefault(manifest.method, set()).add(json.dumps(manifest.method_options, sort_keys=True))
-        latencies.setdefault(manifest.method, set()).add(manifest.latency)
-    labels = []
-    for manifest in manifests:
-        parts = []
-        if len(variants[manifest.method]) > 1:
-            options = sorted(manifest.method_options.items())
-            parts += [f"{key} = {value}" for key, value in options] or ["default options"]
-        if len(latencies[manifest.method]) > 1:
-            parts.append(f"{manifest.latency} latency")
-        labels.append(f"{manifest.method} ({', '.join(parts)})" if parts else manifest.method)
-    return labels
 
 
 def curve_of(runs: Sequence[RunView], missing: Sequence[int] = (), marked: bool = False) -> Curve:
     """The cumulative curve of one method's runs in one mode, pooled."""
     pooled = pool([run.metrics for run in runs], missing)
     return Curve(
+        name=runs[0].name,
         precisions=pooled.precisions_m,
         planned=pooled.planned_waypoints,
         style=runs[0].style,
@@ -186,8 +200,8 @@ def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     D = runs[0].manifest.robot_diameter
     enlarged = enlarged_limit(curves, D)
     return (
-        CurvePanel("Up to four robot diameters", curve_figure(curves, 4 * D, D)),
-        CurvePanel(f"The first {100 * enlarged:g} cm, enlarged", curve_figure(curves, enlarged, D)),
+        CurvePanel("Up to four robot diameters", None, curve_figure(curves, 4 * D, D)),
+        CurvePanel(f"The first {100 * enlarged:g} cm, enlarged", None, curve_figure(curves, enlarged, D)),
     )
 
 
@@ -200,18 +214,27 @@ def _curves_by_mode(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     D = runs[0].manifest.robot_diameter
     limit = max(D, enlarged_limit([curve for curves in by_mode.values() for curve in curves], D))
     return tuple(
-        CurvePanel(words.mode(mode).capitalize(), curve_figure(curves, limit, D, (440.0, 310.0)))
+        CurvePanel(words.mode(mode).capitalize(), mode, curve_figure(curves, limit, D, (440.0, 310.0)))
         for mode, curves in by_mode.items()
         if curves
     )
 
 
-def _failure_plan(runs: Sequence[RunView], failures: Sequence[Failure]) -> Markup | None:
+def _always_reached(runs: Sequence[RunView]) -> list[bool]:
+    """For each goal of the first run, whether every run reached it in every round."""
+    goals = range(len(runs[0].waypoints))
+    return [all(goal < len(run.waypoints) and run.waypoints[goal].metrics.complete for run in runs) for goal in goals]
+
+
+def _anchor(runs: Sequence[RunView]) -> str:
+    return f"scenario-of-{runs[0].anchor}"
+
+
+def _failure_plan(runs: Sequence[RunView], plan: FloorPlan | None, failures: Sequence[Failure]) -> Markup | None:
     """All failures on one plan; None if none has a known place."""
     places = [(number, SE2(*at.truth)) for number, at in enumerate(failures, start=1) if at.truth is not None]
     if not places:
         return None
-    plan = next((run.plan for run in runs if run.plan is not None), None)
     return failure_figure(plan, runs[0].manifest.start, runs[0].manifest.goals, places)
 
 

@@ -43,8 +43,10 @@ def violin_strip(without: Sequence[float], with_map: Sequence[float], axis: LogA
         x = axis.share(tick / 100) * _WIDTH
         svg.line(x, 0, x, 2 * _HALF, stroke=palette.HAIRLINE, **_STEADY)
     svg.line(0, _HALF, _WIDTH, _HALF, stroke=palette.HAIRLINE, **_STEADY)
-    _draw_half(svg, without, axis, colour, up=True)
-    _draw_half(svg, with_map, axis, colour, up=False)
+    with svg.group(data_mode="without-map"):
+        _draw_half(svg, without, axis, colour, up=True)
+    with svg.group(data_mode="with-map"):
+        _draw_half(svg, with_map, axis, colour, up=False)
     return svg.markup()
 
 

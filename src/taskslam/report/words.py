@@ -31,25 +31,14 @@ def centimetres(metres: float | None) -> str:
     return f"{value:.0f}" if value >= 99.95 else f"{value:.1f}" if value >= 9.995 else f"{value:.2f}"
 
 
-def diameters(metres: float | None, diameter_m: float) -> str:
-    """Metres in robot diameters D (protocol 5.5)."""
-    return DASH if metres is None else f"{metres / diameter_m:.2f} D"
+def length(metres: float) -> str:
+    """A length in a sentence: centimetres below one metre, metres above."""
+    return f"{centimetres(metres)} cm" if metres < 0.9995 else f"{metres:.2f} m"
 
 
 def degrees(radians: float | None) -> str:
     """Radians in degrees."""
     return DASH if radians is None else f"{math.degrees(radians):.2f}"
-
-
-def task_units(metres: float | None, radians: float | None, diameter_m: float, fov_deg: float) -> list[str]:
-    """A position in D, and a heading in degrees and FoV, as lines; none for what is not defined."""
-    lines = [] if metres is None else [diameters(metres, diameter_m)]
-    return lines if radians is None else [*lines, f"{degrees(radians)}° · {fields_of_view(radians, fov_deg)}"]
-
-
-def fields_of_view(radians: float | None, fov_deg: float) -> str:
-    """Radians in fields of view (protocol 5.5)."""
-    return DASH if radians is None else f"{math.degrees(radians) / fov_deg:.3f} FoV"
 
 
 def with_unit(text: str, unit: str) -> str:
@@ -75,6 +64,19 @@ def minutes(seconds: float | None) -> str:
     return f"{whole} min {rest:02d} s"
 
 
+def hours(seconds: float) -> str:
+    """Seconds as hours and minutes, or as minutes and seconds below an hour."""
+    if seconds < 3600:
+        return minutes(seconds)
+    whole, rest = divmod(round(seconds / 60), 60)
+    return f"{whole} h {rest:02d} min"
+
+
+def count(number: int, what: str) -> str:
+    """A number of things: `1 method`, `2 methods`."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 def mode(name: str) -> str:
     """A mode without its hyphen."""
     return _MODES.get(name, name)
@@ -83,21 +85,6 @@ def mode(name: str) -> str:
 def outcome(name: str) -> str:
     """An outcome as a reader would say it."""
     return _OUTCOMES.get(name, name.replace("_", " "))
-
-
-def verdict(metrics: RunMetrics, diameter_m: float) -> str:
-    """One sentence: did it get there every time, and how closely do the arrivals agree?"""
-    rounds = "the one round" if metrics.rounds == 1 else f"all {metrics.rounds} rounds"
-    if metrics.complete_waypoints == 0:
-        return f"No waypoint was reached in {rounds}, so there is no precision to state."
-    if metrics.complete_waypoints == metrics.planned_waypoints:
-        reached = f"Every waypoint was reached in {rounds}"
-    else:
-        reached = f"{metrics.complete_waypoints} of {metrics.planned_waypoints} waypoints were reached in {rounds}"
-    E = metrics.position.precision_m
-    if E is None:
-        return f"{reached}. One round alone says nothing about precision."
-    return f"{reached}; arrivals lie {centimetres(E)} cm from their mean, {E / diameter_m:.2f} robot diameters."
 
 
 def split(metrics: RunMetrics) -> str:

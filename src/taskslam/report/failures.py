@@ -1,0 +1,47 @@
+"""Failures as the page shows them: what happened, where, and what led to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from taskslam.evaluation import RunMetrics
+from taskslam.evaluation.metrics_file import Failure
+from taskslam.record import GoalFailed, RunRecord
+from taskslam.report.failure_story import Step, failure_story
+from taskslam.report.last_seconds_figure import last_seconds_figure
+from taskslam.report.story_figure import story_figure
+from taskslam.report.tracks import Tracks
+from taskslam.world import FloorPlan
+
+
+@dataclass(frozen=True)
+class FailureView:
+    """One failed goal with its story. place: the map around it; last_seconds: speed and error; None where unknown."""
+
+    failure: Failure
+    steps: tuple[Step, ...]
+    place: Markup | None
+    last_seconds: Markup | None
+
+
+def failure_views(
+    record: RunRecord, metrics: RunMetrics, plan: FloorPlan | None, tracks: Tracks
+) -> tuple[FailureView, ...]:
+    """All failures of a run, in the order of the journal."""
+    manifest = record.manifest
+    tolerance = manifest.goal_tolerance.position_m
+    events = [event for event in record.events if isinstance(event, GoalFailed)]
+    views = []
+    for failure, event in zip(metrics.failures, events, strict=True):
+        story = failure_story(event, record.events, tracks, tolerance)
+        views.append(
+            FailureView(
+                failure=failure,
+                steps=story.steps,
+                place=story_figure(plan, event, story, manifest.robot_diameter),
+                last_seconds=last_seconds_figure(story, tolerance),
+            )
+        )
+    return tuple(views)

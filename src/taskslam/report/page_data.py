@@ -1,0 +1,78 @@
+"""What the page's script needs to show the rounds of a waypoint: plain numbers, embedded as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from taskslam.evaluation import WaypointMetrics
+from taskslam.geometry import SE2, wrap_angle
+from taskslam.report.views import RunView, ScenarioView
+
+
+def page_data(scenarios: Sequence[ScenarioView]) -> Markup:
+    """JSON of all runs, safe inside a script element: it holds no `<`, and ASCII alone.
+
+    An arrival is [round, x, y, heading, x and y of SLAM's belief, seconds]: metres ahead of the goal and to its left,
+    radians from its heading; null where unknown.
+    """
+    data = {
+        "scenarios": {scenario.anchor: _scenario(scenario) for scenario in scenarios},
+        "runs": {run.anchor: _run(run, scenario.anchor) for scenario in scenarios for run in scenario.runs},
+    }
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c"))  # noqa: S704 JSON in which no tag can begin or end
+
+
+def _scenario(scenario: ScenarioView) -> dict[str, Any]:
+    manifest = scenario.runs[0].manifest
+    return {
+        "title": scenario.title,
+        "diameter": manifest.robot_diameter,
+        "field": manifest.field_of_view,
+        "tolerance": manifest.goal_tolerance.position_m,
+    }
+
+
+def _run(run: RunView, scenario: str) -> dict[str, Any]:
+    return {
+        "name": run.name,
+        "method": run.style.key,
+        "mode": run.metrics.mode,
+        "colour": run.style.colour,
+        "scenario": scenario,
+        "waypoints": [_waypoint(run, waypoint.metrics) for waypoint in run.waypoints],
+    }
+
+
+def _waypoint(run: RunView, waypoint: WaypointMetrics) -> dict[str, Any]:
+    T_goal_map = SE2(*waypoint.target).inverse()
+    rows: list[list[Any]] = []
+    for visit in waypoint.arrivals:
+        row: list[Any] = [run.metrics.round_name(visit.round)]
+        if visit.truth is None:
+            row += [None, None, None]
+        else:
+            truth = T_goal_map @ SE2(*visit.truth)
+            row += [round(truth.x, 5), round(truth.y, 5), round(wrap_angle(truth.theta), 5)]
+        if visit.estimate is None:
+            row += [None, None]
+        else:
+            belief = T_goal_map @ SE2(*visit.estimate)
+            row += [round(belief.x, 5), round(belief.y, 5)]
+        rows.append([*row, round(visit.t_s, 1)])
+    return {
+        "E": _short(waypoint.position.precision_m),
+        "e": _short(waypoint.position.accuracy_m),
+        "H": _short(waypoint.orientation.precision_rad),
+        "visits": waypoint.visits,
+        "rounds": waypoint.rounds,
+        "arrivals": rows,
+    }
+
+
+def _short(value: float | None) -> float | None:
+    return None if value is None else round(value, 6)

@@ -1,0 +1,96 @@
+"""The verdicts: plain sentences about who arrived, who failed and why, and who comes back most closely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup, escape
+
+from taskslam.evaluation import RunMetrics
+from taskslam.report import words
+from taskslam.report.suite import Entry
+from taskslam.report.units import Units
+
+_MOST_NAMES = 8
+
+
+def run_verdict(metrics: RunMetrics, units: Units) -> Markup:
+    """One sentence on one run: did it get there every time, and how closely do the arrivals agree?"""
+    rounds = "the one round" if metrics.rounds == 1 else f"all {metrics.rounds} rounds"
+    if metrics.complete_waypoints == 0:
+        return escape(f"No waypoint was reached in {rounds}, so there is no precision to state.")
+    if metrics.complete_waypoints == metrics.planned_waypoints:
+        reached = f"Every waypoint was reached in {rounds}"
+    else:
+        reached = f"{metrics.complete_waypoints} of {metrics.planned_waypoints} waypoints were reached in {rounds}"
+    E = metrics.position.precision_m
+    if E is None:
+        return escape(f"{reached}. One round alone says nothing about precision.")
+    return Markup("{}; arrivals lie {} from their mean.").format(reached, units.length(E, with_unit=True))
+
+
+def mode_verdicts(ranked: Sequence[Entry], units: Units) -> list[Markup]:
+    """Sentences on all methods in one mode. ranked: the most complete and then the most precise first."""
+    references = [entry for entry in ranked if entry.is_reference]
+    methods = [entry for entry in ranked if not entry.is_reference]
+    sentences = [*_arrived(methods, units), *(_fell_short(entry) for entry in methods if not entry.complete)]
+    sentences += [_reference(entry, units) for entry in references]
+    return sentences or [Markup("Nothing ran.")]
+
+
+def _arrived(methods: Sequence[Entry], units: Units) -> list[Markup]:
+    if not methods:
+        return []
+    complete = [entry for entry in methods if entry.complete]
+    of_all = words.count(len(methods), "method")
+    if not complete:
+        best = methods[0]
+        share = words.percent(best.pooled.completeness)
+        return [Markup("No method reached every waypoint in every round; {} came furthest with {} %.").format(
+            bold(best.name), share)]  # fmt: skip
+    names = listed([bold(entry.name) for entry in complete])
+    sentence = Markup("{} of {} reached every waypoint in every round: {}.").format(len(complete), of_all, names)
+    E = complete[0].pooled.position.precision_m
+    if E is None:
+        return [sentence]
+    return [
+        sentence,
+        Markup("The closest arrivals among them are those of {}: {} from their mean, on average.").format(
+            bold(complete[0].name), units.length(E, with_unit=True)
+        ),
+    ]
+
+
+def _fell_short(entry: Entry) -> Markup:
+    """How far a method came, and the reasons, the most frequent first."""
+    pooled = entry.pooled
+    kinds = sorted(pooled.failures_by_kind.items(), key=lambda item: (-item[1], item[0]))
+    reasons = ", ".join(f"{words.outcome(kind)} ({number}×)" for kind, number in kinds)
+    if pooled.missing_runs:
+        reasons = "; ".join(filter(None, [reasons, f"{words.count(pooled.missing_runs, 'run')} missing"]))
+    return Markup("{} reached {} of {} waypoints every time{}.").format(
+        bold(entry.name), pooled.complete_waypoints, pooled.planned_waypoints, f": {reasons}" if reasons else ""
+    )
+
+
+def _reference(entry: Entry, units: Units) -> Markup:
+    E = entry.pooled.position.precision_m
+    what = Markup("{} is told the truth and shows what navigation alone can do").format(bold(entry.name))
+    if E is None:
+        return Markup("{}.").format(what)
+    return Markup("{}: {}.").format(what, units.length(E, with_unit=True))
+
+
+def bold(name: str) -> Markup:
+    """A method's name in a sentence."""
+    return Markup("<b>{}</b>").format(name)
+
+
+def listed(names: Sequence[Markup]) -> Markup:
+    """`a`, `a and b`, `a, b and c`; of many only the first."""
+    if len(names) > _MOST_NAMES:
+        rest = len(names) - _MOST_NAMES + 1
+        names = [*names[: _MOST_NAMES - 1], escape(f"{rest} more")]
+    if len(names) == 1:
+        return names[0]
+    return Markup("{} and {}").format(Markup(", ").join(names[:-1]), names[-1])
