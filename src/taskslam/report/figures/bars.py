@@ -16,7 +16,7 @@ from taskslam.report.markers import Style
 _NAME, _BAR, _GAP = 0.115, 0.095, 0.045  # in: heights of a line with a name, of one with a bar, and below a row
 _THICK = 0.055  # in
 _HEAD = 0.17  # in: above the first row
-_NUMBER = 0.27  # in: right of the bars
+_NUMBER = 0.33  # in: right of the bars
 LIGHT, DARK = 0.35, 1.0  # how solid a bar is
 
 

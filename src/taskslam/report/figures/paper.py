@@ -6,14 +6,16 @@ from collections.abc import Iterator, Sequence
 
 from matplotlib.figure import Figure
 
+from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.report import cards, palette, words
-from taskslam.report.figures.bars import Bar, KeyLine, Row
+from taskslam.report.figures import cumulative, violins
+from taskslam.report.figures.bars import DARK, LIGHT, Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure, scatter_scale, tags_of
 from taskslam.report.figures.scales import Quantity, Units, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.markers import Style
 from taskslam.report.names import short_names
-from taskslam.report.results import MethodResult, Results
+from taskslam.report.results import MODES, MethodResult, Results
 
 _LONGEST_NAME: dict[Width, int] = {"column": 14, "page": 22}
 
@@ -21,6 +23,8 @@ _LONGEST_NAME: dict[Width, int] = {"column": 14, "page": 22}
 def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
     """Each figure with the name of its file, without an ending."""
     yield from _precision_accuracy(results, width, units)
+    yield "cumulative_precision", _cumulative(results, width, units)
+    yield from _violins(results, width, units)
 
 
 def _precision_accuracy(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
@@ -59,6 +63,81 @@ def _means(result: MethodResult, quantity: Quantity) -> tuple[float | None, floa
     if quantity.task == "D":
         return result.pooled.position.precision_m, result.pooled.position.accuracy_m
     return result.pooled.orientation.precision_rad, result.pooled.orientation.accuracy_rad
+
+
+def _cumulative(results: Results, width: Width, units: Units) -> Figure:
+    methods = results.methods()
+    labels = [_present(method)[0].label for method in methods]
+    tags = tags_of(len(methods))
+    rows = [
+        Row(
+            name=f"{tag} {name}".strip(),
+            style=_present(method)[0].style,
+            filled=all(result.complete for result in _present(method)),
+            bars=tuple(
+                Bar(area, words.plain(area, 3), solid=DARK if result.mode == "with-map" else LIGHT)
+                for result in _present(method)
+                for area in [result.pooled.n_auc.exact]
+            ),
+        )
+        for method, name, tag in zip(methods, short_names(labels, _LONGEST_NAME[width]), tags, strict=True)
+    ]
+    tag_of = dict(zip(labels, tags, strict=True))
+    quantity = position(results.diameter_m)
+    panels = [
+        cumulative.Panel(
+            words.mode(mode),
+            [
+                cumulative.Curve(
+                    result.style,
+                    result.complete,
+                    tuple(quantity.shown(value) for value in result.pooled.precisions_m),
+                    result.pooled.planned_waypoints,
+                    tag_of[result.label],
+                )
+                for result in sorted(results.in_mode(mode), key=lambda result: labels.index(result.label))
+                if result.pooled.n_auc.exact is not None
+            ],
+        )
+        for mode in results.modes
+    ]
+    key = [KeyLine(f"{shade}: {words.mode(mode)}") for mode, shade in zip(MODES, ("light", "full"), strict=True)]
+    limit = quantity.size or quantity.shown(EXACT_RANGE) / 4
+    heading = f"N-AUC to {quantity.shown(EXACT_RANGE):g} cm"
+    return cumulative.cumulative_figure(
+        panels, rows, [*key, *sensor_key([_present(method)[0] for method in methods])], heading, quantity, limit,
+        width, units,
+    )  # fmt: skip
+
+
+def _violins(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
+    methods = results.methods()
+    names = short_names([_present(method)[0].label for method in methods], _LONGEST_NAME[width])
+    quantity = position(results.diameter_m)
+    for what, letter in (("precision", quantity.precision), ("accuracy", quantity.accuracy)):
+        rows = [
+            violins.ViolinRow(
+                name,
+                _present(method)[0].style,
+                all(result.complete for result in _present(method)),
+                f"({' | '.join(words.percent(r.pooled.completeness) if r else words.DASH for r in method)})",
+                _samples(method[0], what, quantity),
+                _samples(method[1], what, quantity),
+            )
+            for method, name in zip(methods, names, strict=True)
+        ]
+        yield f"violins_{what}", violins.violin_figure(rows, quantity, units, f"{what} {letter}", width, results.modes)
+
+
+def _samples(result: MethodResult | None, what: str, quantity: Quantity) -> tuple[float, ...]:
+    if result is None:
+        return ()
+    values = result.pooled.precisions_m if what == "precision" else result.pooled.accuracies_m
+    return tuple(quantity.shown(value) for value in values)
+
+
+def _present(method: Sequence[MethodResult | None]) -> list[MethodResult]:
+    return [result for result in method if result is not None]
 
 
 def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row]:

@@ -1,0 +1,116 @@
+"""Cumulative precision: the share of planned waypoints with E below x, and N-AUC, the area below it (protocol 5.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from taskslam.geometry import FloatArray
+from taskslam.report import palette
+from taskslam.report.figures.bars import KeyLine, Row, draw_rows, rows_height
+from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
+from taskslam.report.figures.style import NORMAL, WIDTHS, Width, add_axes, line_style, marker_style, new_figure, printed
+from taskslam.report.figures.tags import add_tags
+from taskslam.report.markers import Style
+
+_LEFT, _RIGHT, _TOP, _BOTTOM = 0.42, 0.12, 0.36, 0.36  # in: around a panel, for its ticks and labels
+_HEAD, _EDGE = 0.08, 0.1  # in
+_LEVELS = (0.5, 0.3, 0.7)  # of its own rise: where a curve bears its marker, in turn
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One method in one mode. precisions: E of complete waypoints in the quantity's unit; planned: all waypoints."""
+
+    style: Style
+    filled: bool
+    precisions: tuple[float, ...]
+    planned: int
+    tag: str = ""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The curves of one mode."""
+
+    title: str
+    curves: Sequence[Curve]
+
+
+@printed
+def cumulative_figure(
+    panels: Sequence[Panel],
+    rows: Sequence[Row],
+    key: Sequence[KeyLine],
+    heading: str,
+    quantity: Quantity,
+    limit: float,
+    width: Width,
+    units: Units,
+) -> Figure:
+    """Draw a panel for each mode on one scale, and beside them the rows of N-AUC. limit: the axis reaches so far."""
+    values = [value for panel in panels for curve in panel.curves for value in curve.precisions]
+    scale = scale_of(values, least=limit)
+    across = 1 if width == "column" else len(panels)
+    down = len(panels) // across
+    legend = 1.1 if width == "column" else 1.6
+    cell = (WIDTHS[width] - legend - _EDGE) / across
+    panel_width = cell - _LEFT - _RIGHT
+    beside = rows_height(rows, key) + _HEAD + _EDGE
+    # Many methods make long rows: the panels grow with them.
+    panel_height = min(max(1.5, beside / down - _TOP - _BOTTOM), 1.3 * panel_width)
+    cell_height = _TOP + panel_height + _BOTTOM
+    figure = new_figure(WIDTHS[width], max(down * cell_height, beside), constrained=False)
+    drawn: list[Axes] = []
+    for index, panel in enumerate(panels):
+        left, top = _LEFT + index % across * cell, _TOP + index // across * cell_height
+        axes = add_axes(figure, left, top, panel_width, panel_height)
+        _draw_panel(axes, panel, scale, quantity, units)
+        drawn.append(axes)
+    draw_rows(figure, across * cell + _EDGE / 2, _HEAD, legend - _EDGE / 2, rows, heading, key)
+    for axes, panel in zip(drawn, panels, strict=True):
+        add_tags(axes, [(at, curve.tag) for curve, at in _marks(panel.curves, scale)])
+    return figure
+
+
+def steps(curve: Curve, scale: Scale) -> FloatArray:
+    """(K, 2) corners of a curve from end to end of the axis: x in the quantity's unit, y in percent."""
+    inside = sorted(value for value in curve.precisions if value < scale.high)
+    x = [scale.low, *(scale.held(value) for value in inside), scale.high]
+    y = [100.0 * min(index, len(inside)) / curve.planned for index in range(len(inside) + 2)]
+    corners = [(x[0], 0.0)]
+    for at, before, after in zip(x[1:-1], y[:-2], y[1:-1], strict=True):
+        corners += [(at, before), (at, after)]
+    return np.array([*corners, (x[-1], y[-1])])
+
+
+def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Quantity, units: Units) -> None:
+    set_axis(axes, "x", scale, quantity, units, f"precision {quantity.precision}")
+    axes.set_ylim(0, 103)
+    axes.set_yticks([0, 25, 50, 75, 100])
+    axes.set_ylabel("waypoints below (%)")
+    axes.text(0.97, 0.04, panel.title, transform=axes.transAxes, ha="right", fontsize=NORMAL, fontweight="bold")
+    add_grid(axes)
+    for curve in reversed(panel.curves):  # the best on top
+        points = steps(curve, scale)
+        axes.plot(points[:, 0], points[:, 1], **line_style(curve.style))
+    for curve, at in reversed(_marks(panel.curves, scale)):
+        axes.plot(*at, linestyle="none", zorder=3, **marker_style(curve.style, curve.filled))
+    if not panel.curves:
+        axes.text(0.5, 0.5, "one round only:\nno precision to show", transform=axes.transAxes, ha="center",
+                  va="center", color=palette.MUTED)  # fmt: skip
+
+
+def _marks(curves: Sequence[Curve], scale: Scale) -> list[tuple[Curve, tuple[float, float]]]:
+    """Where each curve that rises bears its marker: at a step, in the middle of its height."""
+    marks = []
+    for index, curve in enumerate(curves):
+        inside = sorted(value for value in curve.precisions if value < scale.high)
+        if inside:
+            step = min(int(_LEVELS[index % len(_LEVELS)] * len(inside)), len(inside) - 1)
+            marks.append((curve, (scale.held(inside[step]), 100.0 * (step + 0.5) / curve.planned)))
+    return marks
