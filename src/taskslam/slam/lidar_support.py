@@ -1,10 +1,8 @@
-"""What the adapters of foreign LiDAR odometries share: from their frames to ours, and from their options to theirs."""
+"""What the adapters of foreign LiDAR odometries share: from their frames to ours, and what they need of a robot."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
-from taskslam.errors import InputError, did_you_mean
+from taskslam.errors import InputError
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.robot import Imu, Lidar3D, SensorRig
 
@@ -41,15 +39,3 @@ def need_imu(name: str, rig: SensorRig) -> Imu:
     if rig.imu is None:
         raise InputError(f"{name} needs an IMU, and this robot's sensor rig has none (rig.imu)")
     return rig.imu
-
-
-def check_options(name: str, options: Collection[str], known: Collection[str]) -> None:
-    """Refuse options that a package would pass over in silence.
-
-    Raises:
-        InputError: an option that is not among the known ones; names the closest.
-    """
-    for option in options:
-        if option not in known:
-            hint = did_you_mean(option, known)
-            raise InputError(f"{name} has no option '{option}'.{hint} Known: {', '.join(sorted(known))}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -18,13 +18,17 @@ def read_options(model: type[Model], method: str, options: Mapping[str, object])
     Raises:
         InputError: an unknown option (with the nearest known name) or a value out of range.
     """
-    known = list(model.model_fields)
-    for name in options:
-        if name not in known:
-            raise InputError(f"{method} has no option '{name}'.{did_you_mean(name, known)} Known: {', '.join(known)}")
+    check_option_names(method, options, model.model_fields)
     try:
         return model.model_validate(dict(options))
     except ValidationError as error:
         first = error.errors()[0]
         name = ".".join(str(part) for part in first["loc"]) or "values"
         raise InputError(f"{method} option {name}: {first['msg']} (got {first['input']!r})") from error
+
+
+def check_option_names(method: str, options: Collection[str], known: Collection[str]) -> None:
+    """Refuse options that nobody would read. Raises InputError: one is not among the known; names the nearest."""
+    for name in options:
+        if name not in known:
+            raise InputError(f"{method} has no option '{name}'.{did_you_mean(name, known)} Known: {', '.join(known)}")

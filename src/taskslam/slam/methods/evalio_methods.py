@@ -25,7 +25,8 @@ from taskslam.geometry import invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement, PointCloud, Sensor
 from taskslam.robot import Lidar3D, SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.lidar_support import StartFrame, check_options, need_imu, need_lidar_3d
+from taskslam.slam.lidar_support import StartFrame, need_imu, need_lidar_3d
+from taskslam.slam.option_settings import check_option_names
 from taskslam.slam.registry import unavailable
 
 _POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("t", "<u4"), ("ring", "<u2")])
@@ -131,7 +132,7 @@ class EvalioMethod(SlamMethod):
 
     def _parameters(self, defaults: dict[str, Any]) -> dict[str, Any]:
         """All of them: evalio leaves what is not given unset, and not at its default."""
-        check_options(self.card.name, self._options, defaults)
+        check_option_names(self.card.name, self._options, defaults)
         one_thread = {"max_num_threads": 1, "num_threads": 1, "ls_num_threads": 1, "numberOfCores": 1}
         ours: dict[str, Any] = {name: value for name, value in one_thread.items() if name in defaults}
         if "deskew" in defaults:

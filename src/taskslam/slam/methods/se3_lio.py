@@ -17,7 +17,8 @@ from taskslam.geometry import FloatArray, invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement, PointCloud, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.lidar_support import StartFrame, check_options, need_imu, need_lidar_3d
+from taskslam.slam.lidar_support import StartFrame, need_imu, need_lidar_3d
+from taskslam.slam.option_settings import check_option_names
 from taskslam.slam.registry import unavailable
 
 _DEFAULTS: dict[str, bool | int | float] = {"downsample_resolution": 0.3, "voxel_map_resolution": 0.5}
@@ -58,7 +59,7 @@ class Se3Lio(SlamMethod):
             from se3_lio import SE3LIO, SE3LIOConfig
         except ModuleNotFoundError as error:
             raise unavailable(self.card.name, self.card, error) from error
-        check_options(self.card.name, self._options, SE3LIOConfig.model_fields)
+        check_option_names(self.card.name, self._options, SE3LIOConfig.model_fields)
         T_base_imu = imu.mount.matrix()
         config = SE3LIOConfig(**{**_DEFAULTS, **self._options})
         self._odometry = SE3LIO(config, lidar_extrinsic=invert_se3(T_base_imu) @ lidar.mount.matrix())

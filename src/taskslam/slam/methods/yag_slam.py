@@ -13,16 +13,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
-from taskslam.errors import DiskFullError, InputError, RecordError, did_you_mean
+from taskslam.errors import DiskFullError, InputError, RecordError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import LaserScan, Measurement, Sensor, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.karto.odometry_history import OdometryHistory
+from taskslam.slam.option_settings import read_options
 from taskslam.slam.registry import unavailable
 
 _MISSED = 100.0  # metres: a range beyond the threshold, which the matcher leaves out (0 or inf would be taken as hits)
@@ -42,12 +44,17 @@ _SEQUENTIAL: dict[str, float | bool] = {
     "use_response_expansion": True,
 }
 _LOOP: dict[str, float | bool] = {**_SEQUENTIAL, "search_size": 2.0, "resolution": 0.05, "smear_deviation": 0.03}
-_DEFAULTS = {
-    "minimum_travel_distance": 0.2,
-    "minimum_travel_heading": math.radians(10),
-    "max_laser_range": 10.0,
-    "minimum_response": 0.3,
-}
+
+
+class YagSettings(BaseModel):
+    """Options of `yag_slam`: metres, radians, and the matcher's response from 0 to 1."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    minimum_travel_distance: Annotated[float, Field(ge=0)] = 0.2
+    minimum_travel_heading: Annotated[float, Field(ge=0)] = math.radians(10)
+    max_laser_range: Annotated[float, Field(gt=0)] = 10.0
+    minimum_response: Annotated[float, Field(ge=0, le=1)] = 0.3
 
 
 class YagSlam(SlamMethod):
@@ -74,11 +81,7 @@ class YagSlam(SlamMethod):
     )
 
     def __init__(self, **options: float) -> None:
-        for name in options:
-            if name not in _DEFAULTS:
-                known = ", ".join(_DEFAULTS)
-                raise InputError(f"yag_slam has no option '{name}'.{did_you_mean(name, _DEFAULTS)} Known: {known}")
-        self._options = {**_DEFAULTS, **options}
+        self._settings = read_options(YagSettings, self.card.name, options)
         self._graph: Any = None
 
     def start(self, rig: SensorRig) -> None:
@@ -96,7 +99,7 @@ class YagSlam(SlamMethod):
             from yag_slam.scan_matching import Scan2DMatcherCpp
         except ModuleNotFoundError as error:
             raise unavailable(self.card.name, self.card, error) from error
-        threshold = {"range_threshold": self._options["max_laser_range"]}
+        threshold = {"range_threshold": self._settings.max_laser_range}
         self._graph_class, self._scan_class = GraphSlam, LocalizedRangeScan
         self._graph = GraphSlam(
             Scan2DMatcherCpp({**_SEQUENTIAL, **threshold}),
@@ -174,8 +177,8 @@ class YagSlam(SlamMethod):
         if self._last is None:
             return True
         step = _pose(self._last.odom_pose).inverse() @ T_fed_laser
-        far = math.hypot(step.x, step.y) >= self._options["minimum_travel_distance"]
-        return far or abs(step.theta) >= self._options["minimum_travel_heading"]
+        far = math.hypot(step.x, step.y) >= self._settings.minimum_travel_distance
+        return far or abs(step.theta) >= self._settings.minimum_travel_heading
 
     def _process(self, scan: LaserScan, T_fed_laser: SE2) -> None:
         ranges = np.asarray(scan.ranges, dtype=np.float64)
@@ -191,7 +194,7 @@ class YagSlam(SlamMethod):
             scan.angle_increment,
             scan.range_min,
             scan.range_max,
-            self._options["max_laser_range"],
+            self._settings.max_laser_range,
             T_fed_laser.x,
             T_fed_laser.y,
             T_fed_laser.theta,
@@ -200,7 +203,7 @@ class YagSlam(SlamMethod):
         self._last = keyframe
         if match is None:
             return
-        good = match.response >= self._options["minimum_response"]
+        good = match.response >= self._settings.minimum_response
         self._status = Status.TRACKING if good else Status.LOST
         self._covariance = _matrix(match.covariance)
 
