@@ -35,7 +35,7 @@ def test_the_summary_alone_fits_80_columns(results):
 
 
 def test_the_published_definitions_can_be_asked_for(results):
-    assert invoke(results, "--upstream-compat").exit_code == 0
+    assert invoke(results, "--upstream-compat", "all").exit_code == 0
     assert json.loads((results / "metrics.json").read_text())["definitions"] == "upstream"
 
 

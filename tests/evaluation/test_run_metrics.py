@@ -4,6 +4,7 @@ import pytest
 
 from taskslam.errors import RecordError
 from taskslam.evaluation import run_metrics
+from taskslam.evaluation.upstream import ALL
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
 from taskslam.record import load_run
@@ -11,8 +12,8 @@ from taskslam.record import load_run
 FAR = SE2(3.0, 4.0, 1.0)
 
 
-def metrics_of(builder, upstream_compat=False, **changes):
-    return run_metrics(load_run(builder.write(**changes)), "run", upstream_compat)
+def metrics_of(builder, deviations=frozenset(), **changes):
+    return run_metrics(load_run(builder.write(**changes)), "run", deviations)
 
 
 def test_every_waypoint_gets_the_golden_values(build, golden_offsets):
@@ -37,7 +38,7 @@ def test_upstream_definitions_give_the_published_heading(build, golden_offsets):
     run = build(goals=1)
     for number, offset in enumerate(golden_offsets):
         run.round(number, {0: offset})
-    assert metrics_of(run, upstream_compat=True).orientation.precision_rad == pytest.approx(0.09772826, abs=1e-8)
+    assert metrics_of(run, deviations=ALL).orientation.precision_rad == pytest.approx(0.09772826, abs=1e-8)
 
 
 def test_a_waypoint_missed_once_counts_only_against_completeness(build):
@@ -83,7 +84,7 @@ def test_the_priming_round_is_excluded_exactly_once(build):
 def test_upstream_counts_the_priming_round_and_drops_the_last(build):
     run = build(goals=1, rounds=2, mode="with-map")
     run.round(0, {0: FAR}, priming=True).round(1, {0: SE2(0.1, 0, 0)}).round(2, {0: SE2(-0.1, 0, 0)})
-    metrics = metrics_of(run, upstream_compat=True)
+    metrics = metrics_of(run, deviations=ALL)
     assert [visit.round for visit in metrics.waypoints[0].arrivals] == [0, 1]
     assert metrics.position.precision_m == pytest.approx(math.hypot(2.9, 4.0) / 2)
 

@@ -18,8 +18,13 @@ if TYPE_CHECKING:
 def evaluate(
     directory: Annotated[Path, typer.Argument(help="A run directory, or a folder that holds some at any depth.")],
     upstream_compat: Annotated[
-        bool, typer.Option("--upstream-compat", help="Compute as the published code does, where it differs.")
-    ] = False,
+        str,
+        typer.Option(
+            "--upstream-compat",
+            metavar="NAMES",
+            help="Compute as the published code does where it differs: all, or names of deviations (docs/metrics.md).",
+        ),
+    ] = "",
     waypoints: Annotated[bool, typer.Option(help="Show every waypoint, or the summary alone.")] = True,
 ) -> None:
     """Evaluate finished runs: tables on the screen, metrics.json in DIRECTORY.
@@ -34,8 +39,9 @@ def evaluate(
     from rich.console import Console
 
     from taskslam.evaluation import evaluate_runs, write_metrics
+    from taskslam.evaluation.upstream import NONE, parse_deviations
 
-    metrics = evaluate_runs([directory], upstream_compat)
+    metrics = evaluate_runs([directory], parse_deviations(upstream_compat) if upstream_compat else NONE)
     path = write_metrics(directory, metrics)
     console = Console(highlight=False)
     if waypoints:

@@ -7,45 +7,43 @@ believes it stands (estimation). The first is the controller's doing, the second
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from taskslam.evaluation.waypoints import known_mean
 from taskslam.geometry import FloatArray, wrap
 
 
 @dataclass(frozen=True, slots=True)
 class PoseError:
-    """Means over visits: position_m of the distance, heading_rad of the absolute angle.
+    """Means over visits, of shape (...): position_m of the distance, heading_rad of the absolute angle.
 
     spread_m: mean distance of the error vectors to their own mean. That part differs from round to round, so it limits
-    precision; the rest is a repeatable bias and only limits accuracy.
+    precision; the rest is a repeatable bias and only limits accuracy. NaN without a visit, the spread below two.
     """
 
-    position_m: float
-    heading_rad: float
-    spread_m: float
+    position_m: FloatArray
+    heading_rad: FloatArray
+    spread_m: FloatArray
 
 
 def control_error(estimates: FloatArray, goal: FloatArray) -> PoseError:
-    """SLAM-estimated poses (V, 3) at the end of each visit against the goal (3,), in one frame."""
-    return _error(estimates, np.broadcast_to(goal, estimates.shape))
+    """SLAM-estimated poses (..., V, 3) at the end of each visit against the goal (..., 3), in one frame."""
+    return _error(estimates, goal[..., None, :])
 
 
 def estimation_error(estimates: FloatArray, truths: FloatArray) -> PoseError:
-    """SLAM-estimated poses (V, 3) against true poses (V, 3) of the same visits, in one frame."""
+    """SLAM-estimated poses (..., V, 3) against true poses (..., V, 3) of the same visits, in one frame."""
     return _error(estimates, truths)
 
 
 def _error(poses: FloatArray, references: FloatArray) -> PoseError:
-    """NaN without a visit; the spread is NaN below two."""
-    if not len(poses):
-        return PoseError(math.nan, math.nan, math.nan)
-    offsets = poses[:, :2] - references[:, :2]
-    around_mean = offsets - offsets.mean(axis=0)
+    """A visit of which either pose is NaN is left out."""
+    dx, dy = poses[..., 0] - references[..., 0], poses[..., 1] - references[..., 1]
+    spread = np.hypot(dx - known_mean(dx)[..., None], dy - known_mean(dy)[..., None])
     return PoseError(
-        position_m=float(np.hypot(*offsets.T).mean()),
-        heading_rad=float(np.abs(wrap(poses[:, 2] - references[:, 2])).mean()),
-        spread_m=float(np.hypot(*around_mean.T).mean()) if len(poses) > 1 else math.nan,
+        position_m=known_mean(np.hypot(dx, dy)),
+        heading_rad=known_mean(np.abs(wrap(poses[..., 2] - references[..., 2]))),
+        spread_m=known_mean(spread, fewest=2),
     )

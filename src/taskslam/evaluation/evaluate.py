@@ -3,31 +3,49 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 from taskslam.errors import RecordError
+from taskslam.evaluation.comparison import METRICS, compare_methods
 from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
 from taskslam.evaluation.run_metrics import run_metrics
+from taskslam.evaluation.upstream import NONE, Deviations, names_of
 from taskslam.record import RunRecord, find_partial_runs, find_runs, load_run
 
 
-def evaluate_runs(paths: Sequence[Path], upstream_compat: bool = False) -> MetricsFile:
-    """Metrics of all finished runs at or below the given folders, sorted by path.
+def evaluate_runs(paths: Sequence[Path], deviations: Deviations = NONE) -> MetricsFile:
+    """Metrics of all finished runs at or below the given folders, sorted by path, and comparisons of their methods.
 
     A run that cannot be read, or was left half-written, is named in `left_out` with the reason, and the rest is
     evaluated. Raises RecordError if a folder does not exist or holds no run at all.
     """
-    runs, left_out = read_runs(paths, upstream_compat)
+    runs, left_out = read_runs(paths, deviations)
+    metrics = [metrics for _, metrics in runs]
+    groups = by_method(metrics)
     return MetricsFile(
-        definitions="upstream" if upstream_compat else "paper",
-        runs=tuple(metrics for _, metrics in runs),
+        definitions="upstream" if deviations else "paper",
+        deviations=names_of(deviations),
+        runs=tuple(metrics),
+        comparisons=tuple(found for metric in METRICS for found in compare_methods(groups, metric)),
         left_out=left_out,
     )
 
 
+def by_method(runs: Sequence[RunMetrics]) -> dict[str, list[RunMetrics]]:
+    """Runs of each method; of one that drove a sequence twice (with other options, say) each run by its directory."""
+    times = Counter((run.method, run.mode, run.scenario, run.seed) for run in runs)
+    twice = {key[0] for key, count in times.items() if count > 1}
+    groups: dict[str, list[RunMetrics]] = {}
+    for run in runs:
+        name = f"{run.method} ({run.directory})" if run.method in twice else run.method
+        groups.setdefault(name, []).append(run)
+    return groups
+
+
 def read_runs(
-    paths: Sequence[Path], upstream_compat: bool = False
+    paths: Sequence[Path], deviations: Deviations = NONE
 ) -> tuple[list[tuple[RunRecord, RunMetrics]], tuple[LeftOut, ...]]:
     """Records and metrics of all finished runs, and what was left out; as `evaluate_runs`."""
     found, partial = _find(paths)
@@ -36,7 +54,7 @@ def read_runs(
     for name in sorted(found):
         try:
             record = load_run(found[name])
-            runs.append((record, run_metrics(record, name, upstream_compat)))
+            runs.append((record, run_metrics(record, name, deviations)))
         except RecordError as error:
             left_out.append(LeftOut(directory=name, reason=str(error)))
     return runs, tuple(left_out)

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict
 
 from taskslam.record.files import write_whole
 
-METRICS_FORMAT: Literal["taskslam-metrics/1"] = "taskslam-metrics/1"
+METRICS_FORMAT: Literal["taskslam-metrics/2"] = "taskslam-metrics/2"
 METRICS_FILE = "metrics.json"
 
 PoseRow: TypeAlias = tuple[float, float, float]
@@ -45,6 +45,15 @@ class ErrorShare(_Part):
     spread_m: float | None
 
 
+class Repeatability(_Part):
+    """Pose accuracy AP and pose repeatability RP of ISO 9283, position and heading."""
+
+    pose_accuracy_m: float | None = None
+    pose_repeatability_m: float | None = None
+    pose_accuracy_rad: float | None = None
+    pose_repeatability_rad: float | None = None
+
+
 class Visit(_Part):
     """One arrival. A pose that was not measured is null."""
 
@@ -66,6 +75,7 @@ class WaypointMetrics(_Part):
     position: Position
     precision_rms_m: float | None
     orientation: Orientation
+    iso9283: Repeatability = Repeatability()
     mean_pose: PoseRow | None
     control: ErrorShare
     estimation: ErrorShare
@@ -107,8 +117,64 @@ class NormalizedArea(_Part):
     exact: float | None
 
 
+class Interval(_Part):
+    """A confidence interval, in the unit of what it belongs to."""
+
+    low: float
+    high: float
+
+
+class Legs(_Part):
+    """Drives from one goal to the next, the priming round's too. failure_chance: that of one leg (docs/metrics.md).
+
+    on_failure: what a failed goal does, `abort` or `skip`.
+    """
+
+    driven: int
+    failed: int
+    on_failure: str
+    failure_chance: Interval
+
+
+class Uncertainty(_Part):
+    """How sure the means are: intervals at `level`, null where the rounds are too few (below 3; e, delta: below 2).
+
+    precision_m, accuracy_m, precision_rad, accuracy_rad, n_auc_exact: over rounds and waypoints, for other rounds at
+    other such waypoints. precision_here_m: over rounds alone, for other rounds at these very waypoints. completeness:
+    of other such runs, from the failures per leg. precision_unbiased_m: E divided by sqrt(1 - 1/M), an estimate of E
+    of endlessly many rounds; the ends of an interval may be divided likewise. rounds_to_halve: rounds that would halve
+    precision_here_m.
+    """
+
+    level: float
+    precision_m: Interval | None
+    precision_here_m: Interval | None
+    accuracy_m: Interval | None
+    precision_rad: Interval | None
+    accuracy_rad: Interval | None
+    completeness: Interval
+    n_auc_exact: Interval | None
+    precision_unbiased_m: float | None
+    legs: Legs
+    rounds_to_halve: int | None
+
+
+class Headline(_Part):
+    """The numbers of a run that are published, in metres, radians and shares."""
+
+    completeness: float
+    precision_m: float | None
+    accuracy_m: float | None
+    precision_rad: float | None
+    accuracy_rad: float | None
+    n_auc: float | None
+
+
 class RunMetrics(_Part):
-    """One run. position, orientation, control, estimation: means over complete waypoints, each with weight 1."""
+    """One run. position, orientation, iso9283, control, estimation: means over complete waypoints, each with weight 1.
+
+    by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
+    """
 
     directory: str
     scenario: str
@@ -122,7 +188,9 @@ class RunMetrics(_Part):
     position: Position
     precision_rms_m: float | None
     orientation: Orientation
+    iso9283: Repeatability
     n_auc: NormalizedArea
+    uncertainty: Uncertainty
     control: ErrorShare
     estimation: ErrorShare
     waypoints: tuple[WaypointMetrics, ...]
@@ -137,11 +205,60 @@ class RunMetrics(_Part):
     dropped_frames: int
     notices: int
     journal_truncated: bool
+    by_definition: Headline | None = None
+
+    @property
+    def headline(self) -> Headline:
+        """The published numbers among these."""
+        return Headline(
+            completeness=self.completeness,
+            precision_m=self.position.precision_m,
+            accuracy_m=self.position.accuracy_m,
+            precision_rad=self.orientation.precision_rad,
+            accuracy_rad=self.orientation.accuracy_rad,
+            n_auc=self.n_auc.published,
+        )
 
     def round_name(self, number: int) -> str:
         """`priming round`, or the round by its place among those that count: `round 1` to `round M`."""
         counted = [summary.round for summary in self.round_summaries if not summary.priming]
         return f"round {counted.index(number) + 1}" if number in counted else "priming round"
+
+
+class Comparison(_Part):
+    """Two methods in one mode, on the waypoints that both completed (docs/metrics.md).
+
+    metric: `precision` (E) or `accuracy` (e). a_mean_m, b_mean_m: means over the common waypoints; a_only, b_only:
+    waypoints that only one completed. ratio: geometric mean over the common ones of a's value over b's, each E freed
+    of the bias of few rounds; below 1 where a is better; with its interval over rounds. p: of the t test on its
+    logarithm; p_adjusted: after Holm's correction over the pairs of a mode. p_permutation: of exchanging rounds between
+    the two, or whole runs where there are many; it cannot be below p_permutation_floor. cliffs_delta: -1 where every
+    value of a is below every one of b, to 1. better_at: common waypoints at which a's value is smaller. told_apart:
+    whether the data tell the two apart; verdict: that in a sentence. rounds_needed: rounds of each that would tell a
+    difference of this size with a power of 80 %, null if more than 1000.
+    """
+
+    metric: str
+    mode: str
+    a: str
+    b: str
+    waypoints: int
+    a_only: int
+    b_only: int
+    rounds: tuple[int, int]
+    a_mean_m: float | None
+    b_mean_m: float | None
+    ratio: float | None
+    ratio_interval: Interval | None
+    p: float | None
+    p_adjusted: float | None
+    p_permutation: float | None
+    p_permutation_floor: float | None
+    cliffs_delta: float | None
+    better_at: int
+    told_apart: bool
+    rounds_needed: int | None
+    verdict: str
 
 
 class LeftOut(_Part):
@@ -152,11 +269,16 @@ class LeftOut(_Part):
 
 
 class MetricsFile(_Part):
-    """The content of metrics.json. definitions: `paper`, or `upstream` with the published code's deviations."""
+    """The content of metrics.json. definitions: `paper`, or `upstream` with the deviations of the published code.
 
-    format: Literal["taskslam-metrics/1"] = METRICS_FORMAT
+    comparisons: every pair of methods in a mode, for precision and for accuracy.
+    """
+
+    format: Literal["taskslam-metrics/2"] = METRICS_FORMAT
     definitions: Literal["paper", "upstream"] = "paper"
+    deviations: tuple[str, ...] = ()
     runs: tuple[RunMetrics, ...]
+    comparisons: tuple[Comparison, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
 
 

@@ -14,7 +14,15 @@ from typing import TypeAlias
 
 from taskslam.evaluation import curves
 from taskslam.evaluation.completeness import completeness
-from taskslam.evaluation.metrics_file import NormalizedArea, Orientation, Position, RunMetrics, WaypointMetrics
+from taskslam.evaluation.metrics_file import (
+    NormalizedArea,
+    Orientation,
+    Position,
+    RunMetrics,
+    Uncertainty,
+    WaypointMetrics,
+)
+from taskslam.evaluation.uncertainty import sample_of, uncertainty
 
 SequenceKey: TypeAlias = tuple[str, str, int]
 
@@ -24,7 +32,8 @@ class Pooled:
     """One method in one mode over all sequences.
 
     missing_runs: sequences without a run; their waypoints are in planned_waypoints. precisions_m, accuracies_m: E and
-    e of each complete waypoint, where defined, in the order of the runs. position, orientation: their means.
+    e of each complete waypoint, where defined, in the order of the runs. position, orientation: their means, and
+    uncertainty how sure these are, over all rounds and waypoints together.
     """
 
     runs: int
@@ -37,6 +46,7 @@ class Pooled:
     position: Position
     orientation: Orientation
     n_auc: NormalizedArea
+    uncertainty: Uncertainty
     failures_by_kind: dict[str, int]
     frames: int
     dropped_frames: int
@@ -128,6 +138,7 @@ def pool(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Pooled:
             accuracy_rad=_mean(_defined(waypoint.orientation.accuracy_rad for waypoint in complete)),
         ),
         n_auc=pooled_n_auc(runs, missing),
+        uncertainty=uncertainty([sample_of(run) for run in runs], sum(missing)),
         failures_by_kind=dict(sorted(failures.items())),
         frames=sum(run.frames for run in runs),
         dropped_frames=sum(run.dropped_frames for run in runs),

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from taskslam.errors import RecordError
 from taskslam.evaluation import curves, waypoints
 from taskslam.evaluation.completeness import completeness, is_complete
 from taskslam.evaluation.errors import PoseError, control_error, estimation_error
+from taskslam.evaluation.iso9283 import iso9283
 from taskslam.evaluation.metrics_file import (
     ErrorShare,
     Failure,
@@ -25,44 +26,61 @@ from taskslam.evaluation.metrics_file import (
     Orientation,
     PoseRow,
     Position,
+    Repeatability,
     RoundSummary,
     RunMetrics,
     Visit,
     WaypointMetrics,
-    pose_row,
 )
+from taskslam.evaluation.uncertainty import Sample, uncertainty
+from taskslam.evaluation.upstream import NONE, Deviation, Deviations
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, RoundStarted, RunRecord
 
 
-def run_metrics(record: RunRecord, name: str, upstream_compat: bool = False) -> RunMetrics:
+def run_metrics(record: RunRecord, name: str, deviations: Deviations = NONE) -> RunMetrics:
     """All metrics of one run; `name` says where it stands.
 
-    upstream_compat: heading formulas of the published code (5.9 a, b), and with-map rounds as it picks them: the
-    priming round in, the last one out (5.9 c).
+    deviations: those of the published code to reproduce; the metrics then carry `by_definition` too.
 
     Raises RecordError if the journal contradicts the manifest, or if the infrastructure failed: such a run says
     nothing about its method (design D6).
     """
-    manifest = record.manifest
     _check(record)
-    counted = _counted_rounds(record.rounds(), manifest.rounds, upstream_compat)
-    arrivals = _arrivals(record, counted)
-    per_waypoint = tuple(
-        _waypoint(goal, target, arrivals.get(goal, ()), manifest.rounds, upstream_compat)
-        for goal, target in enumerate(manifest.goals)
+    metrics = _metrics(record, name, deviations)
+    if not deviations:
+        return metrics
+    return metrics.model_copy(update={"by_definition": _metrics(record, name, NONE).headline})
+
+
+def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics:
+    manifest = record.manifest
+    counted, planned_rounds = _counted_rounds(record.rounds(), manifest.rounds, deviations)
+    per_waypoint, complete_truths = _waypoints(
+        manifest.goals, _arrivals(record, counted, deviations), counted, planned_rounds, deviations
     )
     complete = [waypoint for waypoint in per_waypoint if waypoint.complete]
     failures = _failures(record)
     rounds = _round_summaries(record)
+    sample = Sample(
+        visits=complete_truths,
+        goals=np.array([waypoint.target for waypoint in complete]).reshape(-1, 3),
+        complete=len(complete),
+        planned=len(per_waypoint),
+        rounds=planned_rounds,
+        with_map=manifest.mode == "with-map",
+        on_failure=_on_failure(manifest.scenario),
+        driven=sum(summary.reached for summary in rounds) + len(failures),
+        failed=len(failures),
+    )
     return RunMetrics(
         directory=name,
         scenario=manifest.scenario_name,
         method=manifest.method,
         mode=manifest.mode,
         seed=manifest.seed,
-        rounds=manifest.rounds,
+        rounds=planned_rounds,
         completeness=completeness(waypoint.complete for waypoint in per_waypoint),
         complete_waypoints=len(complete),
         planned_waypoints=len(per_waypoint),
@@ -75,7 +93,14 @@ def run_metrics(record: RunRecord, name: str, upstream_compat: bool = False) -> 
             precision_rad=_mean(waypoint.orientation.precision_rad for waypoint in complete),
             accuracy_rad=_mean(waypoint.orientation.accuracy_rad for waypoint in complete),
         ),
-        n_auc=_n_auc(complete, len(per_waypoint), manifest.rounds),
+        iso9283=Repeatability(
+            pose_accuracy_m=_mean(waypoint.iso9283.pose_accuracy_m for waypoint in complete),
+            pose_repeatability_m=_mean(waypoint.iso9283.pose_repeatability_m for waypoint in complete),
+            pose_accuracy_rad=_mean(waypoint.iso9283.pose_accuracy_rad for waypoint in complete),
+            pose_repeatability_rad=_mean(waypoint.iso9283.pose_repeatability_rad for waypoint in complete),
+        ),
+        n_auc=_n_auc(complete, len(per_waypoint), planned_rounds),
+        uncertainty=uncertainty([sample]),
         control=_mean_share([waypoint.control for waypoint in complete]),
         estimation=_mean_share([waypoint.estimation for waypoint in complete]),
         waypoints=per_waypoint,
@@ -121,59 +146,92 @@ def _check(record: RunRecord) -> None:
             raise RecordError(f"{where}: ended by {event.outcome}, which says nothing about the method: run it again")
 
 
-def _counted_rounds(starts: Iterable[RoundStarted], rounds: int, upstream_compat: bool) -> set[int]:
-    if upstream_compat:
-        return set(sorted(start.round for start in starts)[:rounds])
-    return {start.round for start in starts if not start.priming}
+def _counted_rounds(starts: Iterable[RoundStarted], rounds: int, deviations: Deviations) -> tuple[list[int], int]:
+    """Numbers of the rounds that count, and M."""
+    starts = sorted(starts, key=lambda start: start.round)
+    numbers = [start.round for start in starts if not start.priming]
+    primed = len(numbers) < len(starts)
+    if Deviation.PRIMING_ROUND in deviations:
+        return [start.round for start in starts][:rounds], rounds
+    if Deviation.DOUBLE_SKIP in deviations and primed and rounds > 1:
+        return numbers[1:], rounds - 1
+    return numbers, rounds
 
 
-def _arrivals(record: RunRecord, counted: set[int]) -> Mapping[int, list[Arrival]]:
-    by_goal: dict[int, list[Arrival]] = {}
-    for event in record.events:
-        if isinstance(event, Arrival) and event.round in counted:
-            by_goal.setdefault(event.goal, []).append(event)
-    return by_goal
+def _arrivals(record: RunRecord, counted: Sequence[int], deviations: Deviations) -> Mapping[tuple[int, int], Arrival]:
+    """Arrivals by goal and round."""
+    wanted = set(counted)
+    arrivals = [event for event in record.events if isinstance(event, Arrival) and event.round in wanted]
+    if Deviation.VISITING_ORDER not in deviations:
+        return {(arrival.goal, arrival.round): arrival for arrival in arrivals}
+    place: Counter[int] = Counter()
+    by_order = {}
+    for arrival in arrivals:
+        by_order[place[arrival.round], arrival.round] = arrival
+        place[arrival.round] += 1
+    return by_order
 
 
-def _waypoint(
-    goal: int, target: SE2, arrivals: Iterable[Arrival], rounds: int, upstream_compat: bool
-) -> WaypointMetrics:
-    arrivals = sorted(arrivals, key=lambda arrival: arrival.round)
-    truths = _rows(arrival.truth for arrival in arrivals)
-    estimates = _rows(arrival.estimate for arrival in arrivals)
-    both = [arrival for arrival in arrivals if arrival.truth is not None and arrival.estimate is not None]
-    at = target.array()
-    return WaypointMetrics(
-        goal=goal,
-        target=pose_row(at),
-        visits=len(arrivals),
-        rounds=rounds,
-        complete=is_complete(len(arrivals), rounds),
-        position=Position(
-            precision_m=_defined(waypoints.position_precision(truths)),
-            accuracy_m=_defined(waypoints.position_accuracy(truths, at)),
-        ),
-        precision_rms_m=_defined(waypoints.position_precision_rms(truths)),
-        orientation=Orientation(
-            precision_rad=_defined(waypoints.orientation_precision(truths, upstream_compat)),
-            accuracy_rad=_defined(waypoints.orientation_accuracy(truths, at, upstream_compat)),
-        ),
-        mean_pose=pose_row(waypoints.mean_pose(truths)) if len(truths) else None,
-        control=_share(control_error(estimates, at)),
-        estimation=_share(
-            estimation_error(_rows(arrival.estimate for arrival in both), _rows(arrival.truth for arrival in both))
-        ),
-        arrivals=tuple(
-            Visit(
-                round=arrival.round,
-                t_s=arrival.t / NANOSECONDS,
-                truth=_row(arrival.truth),
-                estimate=_row(arrival.estimate),
-                odometry=_row(arrival.odometry),
+def _waypoints(
+    targets: Sequence[SE2],
+    arrivals: Mapping[tuple[int, int], Arrival],
+    counted: Sequence[int],
+    rounds: int,
+    deviations: Deviations,
+) -> tuple[tuple[WaypointMetrics, ...], FloatArray | None]:
+    """Metrics of every waypoint, and (M, N, 3) true poses at the complete ones; None if one was not measured."""
+    table = [[arrivals.get((goal, number)) for number in counted] for goal in range(len(targets))]
+    truths, estimates = _poses(table, "truth"), _poses(table, "estimate")
+    goals = np.array([(target.x, target.y, target.theta) for target in targets])
+    columns = {
+        "E": waypoints.position_precision(truths),
+        "e": waypoints.position_accuracy(truths, goals),
+        "rms": waypoints.position_precision_rms(truths),
+        "Delta": waypoints.orientation_precision(truths, deviations),
+        "delta": waypoints.orientation_accuracy(truths, goals, deviations),
+    }
+    iso = iso9283(truths, goals)
+    numbers = {name: _defined(values) for name, values in columns.items()}
+    repeatability = [
+        Repeatability(pose_accuracy_m=a, pose_repeatability_m=b, pose_accuracy_rad=c, pose_repeatability_rad=d)
+        for a, b, c, d in zip(
+            _defined(iso.pose_accuracy_m),
+            _defined(iso.pose_repeatability_m),
+            _defined(iso.pose_accuracy_rad),
+            _defined(iso.pose_repeatability_rad),
+            strict=True,
+        )
+    ]
+    means = waypoints.mean_pose(truths).tolist()
+    control, estimation = _shares(control_error(estimates, goals)), _shares(estimation_error(estimates, truths))
+    found = []
+    for goal, row in enumerate(table):
+        visits = tuple(_visit(arrival) for arrival in row if arrival is not None)
+        found.append(
+            WaypointMetrics(
+                goal=goal,
+                target=tuple(goals[goal].tolist()),
+                visits=len(visits),
+                rounds=rounds,
+                complete=is_complete(len(visits), rounds),
+                position=Position(precision_m=numbers["E"][goal], accuracy_m=numbers["e"][goal]),
+                precision_rms_m=numbers["rms"][goal],
+                orientation=Orientation(precision_rad=numbers["Delta"][goal], accuracy_rad=numbers["delta"][goal]),
+                iso9283=repeatability[goal],
+                mean_pose=None if math.isnan(means[goal][0]) else tuple(means[goal]),
+                control=control[goal],
+                estimation=estimation[goal],
+                arrivals=visits,
             )
-            for arrival in arrivals
-        ),
-    )
+        )
+    complete = truths[[waypoint.complete for waypoint in found]]
+    return tuple(found), None if np.isnan(complete).any() else complete.transpose(1, 0, 2)
+
+
+def _on_failure(scenario: Mapping[str, Any]) -> str:
+    """What a failed goal does: `abort` unless the scenario says `skip`."""
+    protocol = scenario.get("protocol")
+    return "skip" if isinstance(protocol, Mapping) and protocol.get("on_failure") == "skip" else "abort"
 
 
 def _n_auc(complete: list[WaypointMetrics], planned: int, rounds: int) -> NormalizedArea:
@@ -195,7 +253,7 @@ def _failures(record: RunRecord) -> tuple[Failure, ...]:
             round=event.round,
             priming=priming[event.round],
             goal=event.goal,
-            target=pose_row(event.target.array()),
+            target=_target(event.target),
             outcome=event.outcome.value,
             blames=event.outcome.blames,
             detail=event.detail,
@@ -228,21 +286,38 @@ def _round_summaries(record: RunRecord) -> tuple[RoundSummary, ...]:
     return tuple(summaries)
 
 
-def _rows(poses: Iterable[SE2 | None]) -> FloatArray:
-    """(V, 3) of the poses that are known."""
-    return np.array([pose.array() for pose in poses if pose is not None], dtype=np.float64).reshape(-1, 3)
+def _poses(table: Sequence[Sequence[Arrival | None]], name: str) -> FloatArray:
+    """(N, M, 3) of one kind of pose at every goal in every round; NaN where there was no arrival or no such pose."""
+    missing = (math.nan, math.nan, math.nan)
+    rows = [[_row(getattr(arrival, name)) or missing if arrival else missing for arrival in row] for row in table]
+    return np.array(rows, dtype=np.float64).reshape(len(table), -1, 3)
+
+
+def _visit(arrival: Arrival) -> Visit:
+    return Visit(
+        round=arrival.round,
+        t_s=arrival.t / NANOSECONDS,
+        truth=_row(arrival.truth),
+        estimate=_row(arrival.estimate),
+        odometry=_row(arrival.odometry),
+    )
 
 
 def _row(pose: SE2 | None) -> PoseRow | None:
-    return None if pose is None else (float(pose.x), float(pose.y), float(pose.theta))
+    return None if pose is None else _target(pose)
 
 
-def _defined(value: float) -> float | None:
-    return None if math.isnan(value) else value
+def _target(pose: SE2) -> PoseRow:
+    return (float(pose.x), float(pose.y), float(pose.theta))
 
 
-def _share(error: PoseError) -> ErrorShare:
-    return ErrorShare(**{name: _defined(value) for name, value in asdict(error).items()})
+def _defined(values: FloatArray) -> list[float | None]:
+    return [None if math.isnan(value) else value for value in values.tolist()]
+
+
+def _shares(error: PoseError) -> list[ErrorShare]:
+    columns = (_defined(values) for values in (error.position_m, error.heading_rad, error.spread_m))
+    return [ErrorShare(position_m=p, heading_rad=h, spread_m=s) for p, h, s in zip(*columns, strict=True)]
 
 
 def _mean_share(shares: list[ErrorShare]) -> ErrorShare:

@@ -1,4 +1,4 @@
-"""Accuracy and precision of the visits to one waypoint (eqs. (1) and (2) of the paper; protocol 5.2).
+"""Accuracy and precision of the visits to waypoints (eqs. (1) and (2) of the paper; protocol 5.2).
 
 With visits (x_j, y_j, theta_j), goal (x*, y*, theta*), and wrap(a) = atan2(sin a, cos a):
 
@@ -8,89 +8,77 @@ With visits (x_j, y_j, theta_j), goal (x*, y*, theta*), and wrap(a) = atan2(sin 
     Delta = mean_j |wrap(theta_j - mean theta)|                         orientation precision
 
 Means of norms with 1/M, not RMS and not standard deviations (protocol D0.7). The mean heading is the circular one.
-Visits are (V, 3) arrays of x, y in metres and theta in radians; visits and goal share any one frame. What is not
-defined (accuracy without a visit, precision with fewer than two) is NaN.
+Visits are (..., V, 3) arrays of x, y in metres and theta in radians, goals (..., 3), in any one frame; the leading axes
+are waypoints. A row of NaN is a round without a visit and is left out. What is not defined (accuracy without a visit,
+precision with fewer than two) is NaN. For poses in SE(3): `trajectory_precision.py`, where a frame is a waypoint.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from taskslam.geometry import FloatArray, mean_heading, wrap
+from taskslam.evaluation.upstream import NONE, Deviation, Deviations
+from taskslam.geometry import FloatArray, wrap
 
 
-def position_accuracy(visits: FloatArray, goal: FloatArray) -> float:
-    """Position accuracy e in metres: mean distance of (V, 3) visits to the goal (3,).
-
-    NaN without a visit. Eq. (1), protocol 5.2.
-    """
-    return float(_distances(visits, goal[:2]).mean()) if len(visits) else math.nan
+def position_accuracy(visits: FloatArray, goal: FloatArray) -> FloatArray:
+    """Position accuracy e in metres: mean distance to the goal. Eq. (1), protocol 5.2."""
+    return known_mean(_distances(visits, goal))
 
 
-def orientation_accuracy(visits: FloatArray, goal: FloatArray, upstream_compat: bool = False) -> float:
-    """Orientation accuracy delta in radians: mean |wrap(theta_j - theta*)|.
-
-    NaN without a visit. Protocol 5.2.
-
-    upstream_compat: the published code's mean of arccos(u_j . u*), not clipped, so that a heading which equals the
-    goal's can round to NaN and then silently leaves the mean (protocol 5.9 b).
-    """
-    if not len(visits):
-        return math.nan
-    if upstream_compat:
-        return _mean_arccos(visits[:, 2], np.array([math.cos(goal[2]), math.sin(goal[2])]))
-    return float(np.abs(wrap(visits[:, 2] - goal[2])).mean())
+def orientation_accuracy(visits: FloatArray, goal: FloatArray, deviations: Deviations = NONE) -> FloatArray:
+    """Orientation accuracy delta in radians: mean |wrap(theta_j - theta*)|. Protocol 5.2; deviation b."""
+    return known_mean(_angles(visits[..., 2], np.cos(goal[..., 2]), np.sin(goal[..., 2]), deviations))
 
 
-def position_precision(visits: FloatArray) -> float:
-    """Position precision E in metres: mean distance of (V, 3) visits to their mean.
-
-    NaN below two visits. Eq. (2), protocol 5.2.
-    """
-    if len(visits) < 2:
-        return math.nan
-    return float(_distances(visits, visits[:, :2].mean(axis=0)).mean())
+def position_precision(visits: FloatArray) -> FloatArray:
+    """Position precision E in metres: mean distance to the mean. Eq. (2), protocol 5.2."""
+    return known_mean(_distances(visits, mean_pose(visits)), fewest=2)
 
 
-def position_precision_rms(visits: FloatArray) -> float:
+def position_precision_rms(visits: FloatArray) -> FloatArray:
     """Root of the mean squared distance to the mean, metres: what E would be as an RMS (protocol 7.3 #5)."""
-    if len(visits) < 2:
-        return math.nan
-    return float(np.sqrt((_distances(visits, visits[:, :2].mean(axis=0)) ** 2).mean()))
+    return np.asarray(np.sqrt(known_mean(_distances(visits, mean_pose(visits)) ** 2, fewest=2)))
 
 
-def orientation_precision(visits: FloatArray, upstream_compat: bool = False) -> float:
+def orientation_precision(visits: FloatArray, deviations: Deviations = NONE) -> FloatArray:
     """Orientation precision Delta in radians: mean |wrap(theta_j - circular mean)|.
 
-    NaN below two visits. Eq. (2), protocol 5.2.
-
-    upstream_compat: the published code's mean of arccos(u_j . u) with the mean direction u not normalised, about 1.6
-    times too large at five visits, and not clipped (protocol 5.9 a, b).
+    Eq. (2), protocol 5.2; deviations a and b.
     """
-    if len(visits) < 2:
-        return math.nan
-    theta = visits[:, 2]
-    if upstream_compat:
-        return _mean_arccos(theta, np.array([np.cos(theta).mean(), np.sin(theta).mean()]))
-    return float(np.abs(wrap(theta - mean_heading(theta))).mean())
+    theta = visits[..., 2]
+    c, s = known_mean(np.cos(theta), fewest=2), known_mean(np.sin(theta), fewest=2)
+    if Deviation.UNNORMALISED_HEADING not in deviations:
+        angle = np.arctan2(s, c)
+        c, s = np.cos(angle), np.sin(angle)
+    return known_mean(_angles(theta, c, s, deviations))
 
 
 def mean_pose(visits: FloatArray) -> FloatArray:
-    """(3,) mean position and circular mean heading of (V, 3) visits; NaN without a visit (protocol 5.2)."""
-    if not len(visits):
-        return np.full(3, math.nan)
-    return np.array([*visits[:, :2].mean(axis=0), mean_heading(visits[:, 2])])
+    """(..., 3) mean position and circular mean heading; NaN without a visit (protocol 5.2)."""
+    theta = visits[..., 2]
+    heading = np.arctan2(known_mean(np.sin(theta)), known_mean(np.cos(theta)))
+    return np.stack([known_mean(visits[..., 0]), known_mean(visits[..., 1]), heading], axis=-1)
+
+
+def known_mean(values: FloatArray, fewest: int = 1) -> FloatArray:
+    """Mean over the last axis of what is not NaN; NaN where fewer than `fewest` are left."""
+    known = ~np.isnan(values)
+    count = known.sum(axis=-1)
+    total = np.where(known, values, 0.0).sum(axis=-1)
+    return np.where(count >= fewest, total / np.maximum(count, 1), np.nan)
 
 
 def _distances(visits: FloatArray, point: FloatArray) -> FloatArray:
-    distances: FloatArray = np.hypot(visits[:, 0] - point[0], visits[:, 1] - point[1])
-    return distances
+    return np.asarray(np.hypot(visits[..., 0] - point[..., None, 0], visits[..., 1] - point[..., None, 1]))
 
 
-def _mean_arccos(theta: FloatArray, direction: FloatArray) -> float:
+def _angles(theta: FloatArray, c: FloatArray, s: FloatArray, deviations: Deviations) -> FloatArray:
+    """(..., V) angle between each heading and the direction (c, s); the published forms go by arccos."""
+    if Deviation.UNNORMALISED_HEADING not in deviations and Deviation.UNCLIPPED_ARCCOS not in deviations:
+        return np.abs(wrap(theta - np.arctan2(s, c)[..., None]))
+    cosine = np.cos(theta) * c[..., None] + np.sin(theta) * s[..., None]
+    if Deviation.UNCLIPPED_ARCCOS not in deviations:
+        cosine = np.clip(cosine, -1.0, 1.0)
     with np.errstate(invalid="ignore"):
-        angles = np.arccos(np.cos(theta) * direction[0] + np.sin(theta) * direction[1])
-    kept = angles[~np.isnan(angles)]
-    return float(kept.mean()) if len(kept) else math.nan
+        return np.asarray(np.arccos(cosine))

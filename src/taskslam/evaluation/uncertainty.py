@@ -1,0 +1,169 @@
+"""How sure the means of a run, or of several runs of one method together, are (docs/metrics.md)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from taskslam.evaluation import intervals
+from taskslam.evaluation.completeness import expected_completeness, failure_chance
+from taskslam.evaluation.curves import EXACT_RANGE
+from taskslam.evaluation.metrics_file import Interval, Legs, RunMetrics, Uncertainty
+from taskslam.geometry import FloatArray, wrap
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one run contributes. visits: (M, N, 3) true poses at its complete waypoints, goals: (N, 3).
+
+    visits is None if one of these poses was not measured. driven, failed: legs, those of the priming round included.
+    """
+
+    visits: FloatArray | None
+    goals: FloatArray
+    complete: int
+    planned: int
+    rounds: int
+    with_map: bool
+    on_failure: str
+    driven: int
+    failed: int
+
+
+def sample_of(run: RunMetrics) -> Sample:
+    """The sample behind the metrics of a run."""
+    legs = run.uncertainty.legs
+    return Sample(
+        visits=complete_visits(run),
+        goals=np.array([w.target for w in run.waypoints if w.complete]).reshape(-1, 3),
+        complete=run.complete_waypoints,
+        planned=run.planned_waypoints,
+        rounds=run.rounds,
+        with_map=run.mode == "with-map",
+        on_failure=legs.on_failure,
+        driven=legs.driven,
+        failed=legs.failed,
+    )
+
+
+def complete_visits(run: RunMetrics, goals: Sequence[int] | None = None) -> FloatArray | None:
+    """(M, N, 3) true poses of a run at its complete waypoints, or at those of the given goal indices.
+
+    None if one of the poses was not measured. Rounds in their order.
+    """
+    wanted = [run.waypoints[goal] for goal in goals] if goals is not None else [w for w in run.waypoints if w.complete]
+    rows = [[visit.truth for visit in waypoint.arrivals] for waypoint in wanted]
+    if any(len(row) != run.rounds or None in row for row in rows):
+        return None
+    return np.array(rows, dtype=np.float64).reshape(len(rows), run.rounds, 3).transpose(1, 0, 2)
+
+
+def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = intervals.LEVEL) -> Uncertainty:
+    """Intervals for the means over all complete waypoints of these runs together, and for their completeness.
+
+    missing: planned waypoints of sequences without a run, which count as never reached. Raises ValueError for no run.
+    """
+    if not samples:
+        raise ValueError("no run: expected at least one")
+    known = [sample for sample in samples if sample.complete]
+    visits = [sample.visits for sample in known if sample.visits is not None]
+    whole = bool(known) and len(visits) == len(known)
+    fewest = min(sample.rounds for sample in samples)
+    spread_known, distance_known = whole and fewest >= 3, whole and fewest >= 2
+    precision = [intervals.precision_table(v[..., :2]) for v in visits] if spread_known else []
+    heading = [intervals.heading_table(v[..., 2]) for v in visits] if spread_known else []
+    offsets = [v - sample.goals for v, sample in zip(visits, known, strict=True)] if distance_known else []
+    E = _mean_of([intervals.mean_distance(v[..., :2]) for v in visits]) if spread_known else None
+    legs = _legs(samples, level)
+    complete = _completeness(samples, missing, legs)
+    return Uncertainty(
+        level=level,
+        precision_m=_interval(precision, E, level),
+        precision_here_m=_interval(precision, E, level, here=True),
+        accuracy_m=_interval([np.hypot(o[..., 0], o[..., 1]) for o in offsets], None, level),
+        precision_rad=_interval(heading, None, level),
+        accuracy_rad=_interval([np.abs(wrap(o[..., 2])) for o in offsets], None, level),
+        completeness=complete,
+        n_auc_exact=_n_auc(samples, missing, visits if spread_known else [], complete, level) if fewest > 1 else None,
+        precision_unbiased_m=_unbiased(visits) if distance_known else None,
+        legs=legs,
+        rounds_to_halve=intervals.rounds_to_halve(fewest, level) if fewest >= 3 else None,
+    )
+
+
+def _interval(tables: list[FloatArray], mean: float | None, level: float, here: bool = False) -> Interval | None:
+    """About the mean, or about the tables' own; None without a table."""
+    if not tables:
+        return None
+    half = _half_width(tables, mean, level, here)
+    centre = _mean_of(tables) if mean is None else mean
+    return Interval(low=centre * math.exp(-half), high=centre * math.exp(half))
+
+
+def _half_width(tables: list[FloatArray], mean: float | None, level: float, here: bool = False) -> float:
+    variance = intervals.two_way_variance(tables)
+    chosen = (variance.rounds, variance.rounds_freedom) if here else (variance.total, variance.total_freedom)
+    return intervals.log_half_width(_mean_of(tables) if mean is None else mean, *chosen, level)
+
+
+def _mean_of(tables: list[FloatArray]) -> float:
+    """Mean over all waypoints, each with weight 1, whatever the rounds of its run."""
+    return float(np.concatenate([table.mean(axis=0) if table.ndim == 2 else table for table in tables]).mean())
+
+
+def _unbiased(visits: list[FloatArray]) -> float:
+    return _mean_of([intervals.mean_distance(v[..., :2]) / intervals.precision_bias(len(v)) for v in visits])
+
+
+def _legs(samples: Sequence[Sample], level: float) -> Legs:
+    driven, failed = sum(s.driven for s in samples), sum(s.failed for s in samples)
+    low, high = failure_chance(failed, driven, level)
+    rules = sorted({sample.on_failure for sample in samples})
+    return Legs(driven=driven, failed=failed, on_failure="/".join(rules), failure_chance=Interval(low=low, high=high))
+
+
+def _completeness(samples: Sequence[Sample], missing: int, legs: Legs) -> Interval:
+    """What the protocol makes of the failure chance per leg; widened where needed to hold what was observed."""
+    planned = sum(sample.planned for sample in samples) + missing
+    observed = sum(sample.complete for sample in samples) / planned
+    low, high = (
+        math.fsum(
+            sample.planned
+            * expected_completeness(
+                chance, sample.planned, sample.rounds, on_failure=sample.on_failure, with_map=sample.with_map
+            )
+            for sample in samples
+        )
+        / planned
+        for chance in (legs.failure_chance.high, legs.failure_chance.low)
+    )
+    return Interval(low=min(low, observed), high=max(high, observed))
+
+
+def _n_auc(
+    samples: Sequence[Sample], missing: int, visits: list[FloatArray], complete: Interval, level: float
+) -> Interval | None:
+    """The exact N-AUC is completeness times the mean of 1 - E / 120 cm over complete waypoints: both vary, and apart.
+
+    Their distances to the ends, as logarithms, add in quadrature (Zou, Donner: Statistics in Medicine 27, 2008).
+    """
+    observed = sum(sample.complete for sample in samples) / (sum(sample.planned for sample in samples) + missing)
+    if observed == 0:
+        return Interval(low=0.0, high=complete.high)
+    if not visits:
+        return None
+    lost = _mean_of([np.minimum(1.0, intervals.mean_distance(v[..., :2]) / EXACT_RANGE) for v in visits])
+    half = _half_width([intervals.saturated_table(v[..., :2], EXACT_RANGE) for v in visits], lost, level)
+    area, low, high = 1 - lost, max(1 - lost * math.exp(half), 0.0), 1 - lost * math.exp(-half)
+    down = math.hypot(_log_ratio(observed, complete.low), _log_ratio(area, low))
+    up = math.hypot(_log_ratio(complete.high, observed), _log_ratio(high, area))
+    return Interval(low=observed * area * math.exp(-down), high=min(1.0, observed * area * math.exp(up)))
+
+
+def _log_ratio(larger: float, smaller: float) -> float:
+    if larger <= 0:
+        return 0.0
+    return math.log(larger / smaller) if smaller > 0 else math.inf
