@@ -41,6 +41,8 @@ def test_the_first_entry_of_a_path_is_the_start_and_not_a_goal(write) -> None:  
         ("aws_small_warehouse", 16),
         ("aws_hospital", 19),
         ("tsrb", 17),
+        ("tsrb_short", 9),
+        ("tsrb_long", 16),
         ("house", 12),
         ("warehouse", 16),
         ("hospital", 19),
