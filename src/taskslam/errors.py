@@ -52,6 +52,10 @@ class TrajectoryError(InputError):
     """A trajectory, a recording or a study of several cannot be read or evaluated."""
 
 
+class CameraError(InputError):
+    """A camera's calibration is missing, singular or of another resolution, or images give none."""
+
+
 class InfrastructureError(TaskSlamError):
     """The benchmark itself failed; never counted against a method (design D6)."""
 
@@ -60,6 +64,10 @@ class InfrastructureError(TaskSlamError):
 
 class HostFailedError(InfrastructureError):
     """The process that hosts a method could not be run at all."""
+
+
+class DetectorError(InfrastructureError):
+    """The tag detector died over an image, or gave no answer."""
 
 
 class SimulatorFailedError(InfrastructureError):
