@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from matplotlib.figure import Figure
@@ -9,13 +10,15 @@ from matplotlib.figure import Figure
 from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.report import cards, palette, words
 from taskslam.report.figures import cumulative, violins
+from taskslam.report.figures.arrivals import arrivals_figure
 from taskslam.report.figures.bars import DARK, LIGHT, Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure, scatter_scale, tags_of
 from taskslam.report.figures.scales import Quantity, Units, orientation, position
 from taskslam.report.figures.style import Width
+from taskslam.report.figures.trajectories import trajectory_figure
 from taskslam.report.markers import Style
 from taskslam.report.names import short_names
-from taskslam.report.results import MODES, MethodResult, Results
+from taskslam.report.results import MODES, MethodResult, Results, Run
 
 _LONGEST_NAME: dict[Width, int] = {"column": 14, "page": 22}
 
@@ -25,6 +28,10 @@ def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tupl
     yield from _precision_accuracy(results, width, units)
     yield "cumulative_precision", _cumulative(results, width, units)
     yield from _violins(results, width, units)
+    for run, name in zip(results.runs, _run_names(results.runs), strict=True):
+        title = _title(run, len(results.scenarios) > 1)
+        yield f"runs/arrivals_{name}", _arrivals(run, title, width)
+        yield f"runs/trajectories_{name}", trajectory_figure(run.record, run.metrics, title, width)
 
 
 def _precision_accuracy(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
@@ -140,6 +147,34 @@ def _present(method: Sequence[MethodResult | None]) -> list[MethodResult]:
     return [result for result in method if result is not None]
 
 
+def _arrivals(run: Run, title: str, width: Width) -> Figure:
+    rounds = [summary.round for summary in run.metrics.round_summaries if not summary.priming]
+    tolerance = run.record.manifest.goal_tolerance
+    return arrivals_figure(run.metrics.waypoints, rounds, tolerance, run.style.colour, title, width)
+
+
+def _title(run: Run, with_scenario: bool) -> str:
+    title = f"{run.label}, {words.mode(run.metrics.mode)}"
+    return f"{title}, {run.metrics.scenario}" if with_scenario else title
+
+
+def _run_names(runs: Sequence[Run]) -> list[str]:
+    """A name for the files of each run, of letters that every file system takes; no two are alike."""
+    seeds = {run.metrics.seed for run in runs}
+    names: list[str] = []
+    for run in runs:
+        parts = [
+            run.metrics.scenario,
+            run.label,
+            run.metrics.mode,
+            *([f"seed{run.metrics.seed}"] if len(seeds) > 1 else []),
+        ]
+        name = _slug("_".join(parts))
+        number = sum(other == name or other.startswith(f"{name}_run") for other in names)
+        names.append(f"{name}_run{number + 1}" if number else name)
+    return names
+
+
 def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row]:
     names = short_names([result.label for result in ranked], _LONGEST_NAME[width])
     return [
@@ -167,4 +202,4 @@ def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
 
 
 def _slug(text: str) -> str:
-    return text.replace("-", "_")
+    return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:80]

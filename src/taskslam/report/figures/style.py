@@ -143,10 +143,10 @@ def figure_bytes(figure: Figure, kind: Format) -> bytes:
 
 
 def save_figure(figure: Figure, folder: Path, name: str, formats: Sequence[Format]) -> list[Path]:
-    """Write `name` in each format into a folder, which is made; returns the paths. Raises DiskFullError."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+    """Write `name` in each format below a folder, which is made; returns the paths. Raises DiskFullError."""
     paths = [folder / f"{name}.{kind}" for kind in formats]
+    with writing(folder):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
     for path, kind in zip(paths, formats, strict=True):
         write_whole(path, figure_bytes(figure, kind))
     return paths

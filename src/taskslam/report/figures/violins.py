@@ -1,7 +1,8 @@
 """The spread of E, or of e, over a method's complete waypoints: half violins, one for each mode (protocol 5.6).
 
 A violin is a Gaussian kernel density cut at the smallest and the largest value; on a logarithmic axis, that of the
-logarithm. Mean, median and quartiles are drawn and named for what they are, and every waypoint is a dot (protocol 7.3 #7).
+logarithm. Mean, median and quartiles are drawn and named for what they are, and every waypoint is a dot (protocol 7.3
+#7).
 """
 
 from __future__ import annotations

@@ -1,0 +1,60 @@
+"""Precision against accuracy of repeated open-loop runs, as the paper draws its EuRoC study (protocol 5.5, 5.8).
+
+One marker is one method on one sequence, tagged with the sequence.
+"""
+
+from __future__ import annotations
+
+import statistics
+
+from matplotlib.figure import Figure
+
+from taskslam.openloop.study_results import MethodResult, OpenLoopResults
+from taskslam.report.figures.bars import Bar, KeyLine, Row
+from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure
+from taskslam.report.figures.scales import orientation, position
+from taskslam.report.figures.style import Width
+from taskslam.report.markers import Style, method_styles
+
+
+def open_loop_figure(results: OpenLoopResults, width: Width) -> Figure:
+    """Both panels, a row for each method with its mean completeness, and what a hollow marker means."""
+    styles = method_styles([result.method for result in results.results])
+    drawn = [result for result in results.results if result.compared_frames.precision_m is not None]
+    panels = [
+        Panel(position(results.units.robot_diameter), [_point(r, styles[r.method], "position") for r in drawn]),
+        Panel(orientation(results.units.field_of_view), [_point(r, styles[r.method], "orientation") for r in drawn]),
+    ]
+    rows = [_row(method, style, results) for method, style in styles.items()]
+    some = next(iter(styles.values()))
+    key = [KeyLine("frames of all runs", some, True), KeyLine("frames of some runs", some, False)]
+    hollow = any(not _filled(result) for result in drawn)
+    return precision_accuracy_figure(panels, rows, key if hollow else [], width, "metric")
+
+
+def _filled(result: MethodResult) -> bool:
+    return result.compared_frames is result.common
+
+
+def _point(result: MethodResult, style: Style, kind: str) -> Point:
+    frames = result.compared_frames
+    values = {
+        "position": (frames.accuracy_m, frames.precision_m),
+        "orientation": (frames.accuracy_rad, frames.precision_rad),
+    }
+    accuracy, precision = values[kind]
+    quantity = position(None) if kind == "position" else orientation(None)
+    return Point(
+        style,
+        _filled(result),
+        quantity.shown(accuracy or 0.0),
+        quantity.shown(precision or 0.0),
+        tag=result.sequence,
+    )
+
+
+def _row(method: str, style: Style, results: OpenLoopResults) -> Row:
+    own = [result for result in results.results if result.method == method]
+    completeness = statistics.fmean(run.completeness for result in own for run in result.runs)
+    value = min(completeness, 1.0)
+    return Row(method, style, all(_filled(result) for result in own), (Bar(value, f"{100 * value:.0f}"),))
