@@ -12,7 +12,9 @@ from taskslam.measurements import Measurement
 class Platform(Protocol):
     """What the closed loop needs of a robot. Times are integer nanoseconds."""
 
-    now: int
+    @property
+    def now(self) -> int:
+        """The platform's time."""
 
     def reset(self, pose: SE2) -> None:
         """Put the robot at `pose` in `map`, at rest, odometry zeroed."""

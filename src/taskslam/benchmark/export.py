@@ -1,0 +1,204 @@
+"""Driving a scenario in the simulator and writing what the sensors said as a dataset of a form that the field reads.
+
+The drive is one round of the closed loop, steered by any method of the registry. Beside the dataset, in `drive/`,
+stands the run directory of that round: what a replay of the dataset can be compared with.
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, Protocol
+
+from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.protocol import Mode, Tour, drive_tour
+from taskslam.benchmark.run import RunRequest, build_simulator, manifest_of, navigation_settings
+from taskslam.benchmark.stage import Stage
+from taskslam.errors import DatasetError
+from taskslam.geometry import SE2
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
+from taskslam.navigation.navigator import Navigator
+from taskslam.openloop.bag_writer import BagWriter
+from taskslam.openloop.euroc_writer import EUROC_SENSORS, EurocWriter
+from taskslam.record.events import RunEnded
+from taskslam.record.files import sync_folder, writing
+from taskslam.record.run_directory import RunWriter, partial_folder
+from taskslam.robot import SensorRig
+from taskslam.scenario import Sequence
+from taskslam.simulation.simulator import Simulator
+from taskslam.slam.host import MethodHost
+from taskslam.slam.latency import LatencyModel
+from taskslam.world.map_server import save_floor_plan
+
+DRIVE = "drive"
+
+
+class Format(StrEnum):
+    """What is written."""
+
+    EUROC = "euroc"
+    ROSBAG1 = "rosbag1"
+    ROSBAG2 = "rosbag2"
+    MCAP = "mcap"
+
+
+@dataclass(frozen=True)
+class ExportRequest:
+    """What to record. sensors: None for all that robot and format have; goals, seconds: where to stop early."""
+
+    format: Format
+    sensors: frozenset[Sensor] | None = None
+    method: str = "ground_truth"
+    seed: int = 0
+    goals: int | None = None
+    seconds: float | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    latency: LatencyModel = field(default_factory=LatencyModel)
+
+
+class DatasetWriter(Protocol):
+    """What each format's writer can do."""
+
+    def measurement(self, measurement: Measurement) -> None:
+        """Write one measurement."""
+
+    def truth(self, stamp: int, pose: SE2) -> None:
+        """Write the true pose of an instant (ns), in `map`."""
+
+    def close(self) -> None:
+        """Finish the files."""
+
+
+class _EnoughError(Exception):
+    """The time that was asked for is over."""
+
+
+class _Recorded:
+    """The simulator as a platform, with a writer that hears what its sensors say until `until` (ns)."""
+
+    def __init__(
+        self, simulator: Simulator, writer: DatasetWriter, wanted: frozenset[Sensor], until: int | None
+    ) -> None:
+        self._simulator = simulator
+        self._writer = writer
+        self._wanted = wanted
+        self._until = until
+
+    @property
+    def now(self) -> int:
+        return self._simulator.now
+
+    def reset(self, pose: SE2) -> None:
+        self._simulator.reset(pose)
+
+    def advance(self, until: int) -> Iterator[Measurement]:
+        """As the simulator's. Raises _EnoughError at the first measurement that is too late to be recorded."""
+        for measurement in self._simulator.advance(until):
+            if self._until is not None and measurement.stamp > self._until:
+                raise _EnoughError
+            if measurement.sensor in self._wanted:
+                self._writer.measurement(measurement)
+            if isinstance(measurement, WheelOdometry):
+                self._writer.truth(measurement.stamp, self._simulator.true_pose())
+            yield measurement
+
+    def drive(self, linear: float, angular: float) -> None:
+        self._simulator.drive(linear, angular)
+
+    def true_pose(self) -> SE2:
+        return self._simulator.true_pose()
+
+    def bumped(self) -> bool:
+        return self._simulator.bumped()
+
+
+def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer | None = None) -> bool:
+    """Drive one round and write it to the new folder `out`, whole or not at all; whether every goal was reached.
+
+    Raises:
+        DatasetError: `out` exists, the robot lacks a sensor, or the format cannot hold it.
+        ScenarioError, UnknownMethodError, MethodUnavailableError, InputError, InfrastructureError: as for a run.
+    """
+    observer = observer or Observer()
+    out = out.absolute()
+    if out.exists():
+        raise DatasetError(f"{out}: exists already; expected the name of a new folder")
+    stage = _shortened(stage, request.goals)
+    sensors = _sensors(stage.robot.rig, request)
+    run = RunRequest(request.method, Mode.WITHOUT_MAP, request.seed, request.options, request.latency)
+    observer.stage("building the simulator")
+    simulator = build_simulator(stage, run, sensors)
+    until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
+    folder = partial_folder(out)
+    with writing(out):
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if folder.exists():
+            shutil.rmtree(folder)
+        folder.mkdir()
+    try:
+        with writing(out):
+            with closing(_writer(request.format, folder, stage, sensors)) as writer:
+                complete = _drive(stage, run, _Recorded(simulator, writer, sensors, until), folder / DRIVE, observer)
+            folder.rename(out)
+            sync_folder(out.parent)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return complete
+
+
+def _drive(stage: Stage, request: RunRequest, platform: _Recorded, directory: Path, observer: Observer) -> bool:
+    started, wall = datetime.now(UTC), time.perf_counter()
+    navigator = Navigator(stage.plan, stage.robot, navigation_settings(stage.scenario))
+    with RunWriter(directory) as record:
+        save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
+
+        def new_method() -> MethodHost:
+            return MethodHost(request.method, request.options, stage.robot.rig, record.method_log, request.latency)
+
+        tour = Tour(stage.scenario, platform, navigator, new_method, record, observer)
+        try:
+            complete = drive_tour(tour, request.mode)
+        except _EnoughError:
+            complete, tour.last_failure = False, "the export ended here, as asked"
+            record.event(RunEnded(platform.now, complete))
+        wall_s = time.perf_counter() - wall
+        record.finish(manifest_of(stage, request, tour, complete, platform.now, wall_s, started.isoformat()))
+    return complete
+
+
+def _shortened(stage: Stage, goals: int | None) -> Stage:
+    """The stage with one round over the first so many goals."""
+    scenario = stage.scenario
+    sequence = Sequence(waypoints=scenario.sequence.goals[:goals])
+    protocol = scenario.protocol.model_copy(update={"rounds": 1})
+    return replace(stage, scenario=scenario.model_copy(update={"sequence": sequence, "protocol": protocol}))
+
+
+def _sensors(rig: SensorRig, request: ExportRequest) -> frozenset[Sensor]:
+    """The sensors to record: those asked for, or all that the robot has and the format can hold."""
+    fitted = {
+        Sensor.WHEEL_ODOMETRY: rig.odometry,
+        Sensor.IMU: rig.imu,
+        Sensor.LASER_SCAN: rig.lidar_2d,
+        Sensor.POINT_CLOUD: rig.lidar_3d,
+        Sensor.STEREO_IMAGES: rig.stereo,
+    }
+    has = frozenset(sensor for sensor, part in fitted.items() if part is not None)
+    if request.sensors is None:
+        return has & EUROC_SENSORS if request.format is Format.EUROC else has
+    if missing := sorted(request.sensors - has):
+        raise DatasetError(f"the robot has no {', '.join(missing)}; it has {', '.join(sorted(has))}")
+    return request.sensors
+
+
+def _writer(form: Format, folder: Path, stage: Stage, sensors: frozenset[Sensor]) -> DatasetWriter:
+    if form is Format.EUROC:
+        return EurocWriter(folder, stage.robot, sensors)
+    return BagWriter(folder, stage.scenario.name, form.value, stage.robot, sensors)
