@@ -71,7 +71,8 @@ def calibrate_plane(rays: FloatArray, size: float, focal: float, from_above: boo
     errors = fit_in_plane(used, square, plane, focal).errors
     freedom = max(errors.size - 3 * len(used) - 3, 1)
     noise = max(float(np.sqrt((errors**2).sum() / freedom)), CORNER_NOISE_PX)
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * noise**2
+    slopes = np.asarray(found.jac, np.float64)
+    covariance = np.linalg.pinv(slopes.T @ slopes) * noise**2
     tilt_a, tilt_b, height = np.sqrt(np.diag(covariance)).tolist()
     residual_px = float(np.sqrt((errors**2).sum(axis=(1, 2)).mean() / 4))
     return PlaneCalibration(plane, max(tilt_a, tilt_b), height * abs(start.height), residual_px, places, len(used))

@@ -72,7 +72,7 @@ def _refine(T: FloatArray, rays: FloatArray, points: FloatArray, focal: float) -
         errors, slopes = _reprojection(T, rays, points)
         if errors is None:
             return None
-        step = -np.linalg.lstsq(slopes, errors, rcond=None)[0]
+        step = -np.asarray(np.linalg.lstsq(slopes, errors, rcond=None)[0], np.float64)
         T = _small_motion(step) @ T
         if np.abs(step).max() < _CONVERGED:
             break

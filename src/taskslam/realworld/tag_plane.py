@@ -14,8 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from taskslam.geometry import FloatArray, wrap
+
+BoolArray = npt.NDArray[np.bool_]
 
 CORNER_NOISE_PX = 0.05
 """Standard deviation per coordinate of a corner that is assumed at least: the detector's own is 0.03 to 0.1 px."""
@@ -31,7 +34,7 @@ class TagPlane:
     height: float
 
     @property
-    def T_camera_plane(self) -> FloatArray:
+    def T_camera_plane(self) -> FloatArray:  # noqa: N802 the frames' names
         """(4, 4) pose of the plane's frame in the optical frame."""
         x = np.array([1.0, 0.0, 0.0]) - self.up[0] * self.up
         x /= np.linalg.norm(x)
@@ -86,8 +89,8 @@ def tag_square(size: float, from_above: bool) -> FloatArray:
 def fit_in_plane(rays: FloatArray, points: FloatArray, plane: TagPlane, focal: float) -> PlanarFit:
     """Poses in a known plane of N rigid sets of P points, seen along normalised rays (N, P, 2).
 
-    points: (P, 2), m, in the frame of the rigid set. focal: px, turns normalised residuals into pixels. A set whose rays
-    do not all meet the plane has NaN throughout.
+    points: (P, 2), m, in the frame of the rigid set. focal: px, turns normalised residuals into pixels. A set whose
+    rays do not all meet the plane has NaN throughout.
     """
     seen = plane.meet(rays)
     centre = points.mean(axis=0)
@@ -141,8 +144,8 @@ def _reprojection(
 
 def _filled(normal: FloatArray) -> FloatArray:
     """The identity where a matrix is not finite or nearly singular, so that one lost tag does not end the batch."""
-    bad = ~np.isfinite(normal).all(axis=(1, 2))
-    bad[~bad] |= np.linalg.cond(normal[~bad]) > 1e15
+    bad: BoolArray = ~np.isfinite(normal).all(axis=(1, 2))
+    bad[~bad] = np.linalg.cond(normal[~bad]) > 1e15
     return np.where(bad[:, None, None], np.eye(3), normal)
 
 
