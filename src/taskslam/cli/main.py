@@ -7,7 +7,7 @@ import sys
 import typer
 
 from taskslam import __version__
-from taskslam.cli import doctor, evaluate, methods, report, run, suite, worlds
+from taskslam.cli import doctor, evaluate, evaluate_trajectories, export, methods, replay, report, run, suite, worlds
 from taskslam.errors import TaskSlamError
 
 app = typer.Typer(
@@ -22,6 +22,9 @@ app.command("demo")(run.demo)
 app.command("run")(run.run)
 app.command("suite")(suite.suite)
 app.command("evaluate")(evaluate.evaluate)
+app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories)
+app.command("export")(export.export)
+app.command("replay")(replay.replay)
 app.command("report")(report.report)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")

@@ -6,13 +6,14 @@ One marker is one method on one sequence, tagged with the sequence.
 from __future__ import annotations
 
 import statistics
+from dataclasses import replace
 
 from matplotlib.figure import Figure
 
 from taskslam.openloop.study_results import MethodResult, OpenLoopResults
 from taskslam.report.figures.bars import Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure
-from taskslam.report.figures.scales import orientation, position
+from taskslam.report.figures.scales import Quantity, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.markers import Style, method_styles
 
@@ -21,9 +22,12 @@ def open_loop_figure(results: OpenLoopResults, width: Width) -> Figure:
     """Both panels, a row for each method with its mean completeness, and what a hollow marker means."""
     styles = method_styles([result.method for result in results.results])
     drawn = [result for result in results.results if result.compared_frames.precision_m is not None]
+    degrees = orientation(results.units.field_of_view)
+    steps = (results.units.field_of_view / step for step in (10, 5, 2, 1, 0.5, 0.2, 0.1))
+    degrees = replace(degrees, parts=(1, 2, *(round(parts) for parts in steps)))  # whole degrees (protocol 5.5)
     panels = [
-        Panel(position(results.units.robot_diameter), [_point(r, styles[r.method], "position") for r in drawn]),
-        Panel(orientation(results.units.field_of_view), [_point(r, styles[r.method], "orientation") for r in drawn]),
+        Panel(quantity, [_point(result, styles[result.method], quantity) for result in drawn])
+        for quantity in (position(results.units.robot_diameter), degrees)
     ]
     rows = [_row(method, style, results) for method, style in styles.items()]
     some = next(iter(styles.values()))
@@ -36,19 +40,18 @@ def _filled(result: MethodResult) -> bool:
     return result.compared_frames is result.common
 
 
-def _point(result: MethodResult, style: Style, kind: str) -> Point:
+def _point(result: MethodResult, style: Style, quantity: Quantity) -> Point:
+    """E as the paper has it; on frames of some runs corrected for how many these are, or they would look too good."""
     frames = result.compared_frames
-    values = {
-        "position": (frames.accuracy_m, frames.precision_m),
-        "orientation": (frames.accuracy_rad, frames.precision_rad),
-    }
-    accuracy, precision = values[kind]
-    quantity = position(None) if kind == "position" else orientation(None)
+    in_cm = quantity.unit == "cm"
+    accuracy = frames.accuracy_m if in_cm else frames.accuracy_rad
+    precision = frames.precision_m if in_cm else frames.precision_rad
+    correction = 1.0 if _filled(result) else (frames.precision_unbiased_m or 0.0) / (frames.precision_m or 1.0)
     return Point(
         style,
         _filled(result),
         quantity.shown(accuracy or 0.0),
-        quantity.shown(precision or 0.0),
+        quantity.shown(correction * (precision or 0.0)),
         tag=result.sequence,
     )
 

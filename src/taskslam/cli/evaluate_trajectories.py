@@ -1,0 +1,239 @@
+"""`taskslam evaluate-trajectories`: recorded estimates against the ground truth and against one another."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from taskslam.evaluation.trajectory_alignment import Alignment
+    from taskslam.evaluation.trajectory_pairs import DeltaUnit
+    from taskslam.openloop.study_results import FrameSet, OpenLoopResults
+
+
+def evaluate_trajectories(
+    groundtruth: Annotated[
+        str,
+        typer.Argument(help="Ground truth of the runs that follow; or alone, a folder of sequences or a YAML file."),
+    ],
+    runs: Annotated[
+        list[str] | None, typer.Argument(help="TUM, EuRoC csv or KITTI files, bags with a topic (FILE:TOPIC), folders.")
+    ] = None,
+    align: Annotated[
+        str, typer.Option(help="What the method cannot observe: se3 (vision), sim3 (one camera), yaw (with IMU), none.")
+    ] = "se3",
+    times: Annotated[Path | None, typer.Option(help="Seconds of each pose, one a line: for KITTI files.")] = None,
+    topic: Annotated[str | None, typer.Option(help="Topic of the runs that are bags and name none.")] = None,
+    max_difference: Annotated[float, typer.Option(help="Seconds that associated stamps may differ.")] = 0.01,
+    rpe: Annotated[
+        str | None, typer.Option(help="Also relative errors over 1m, 5s, 30deg or 20frames, consecutive pairs.")
+    ] = None,
+    upstream_compat: Annotated[
+        bool, typer.Option("--upstream-compat", help="Also precision as the published code computes it.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Folder for the numbers and the figure.")] = Path("open_loop"),
+) -> None:
+    """Evaluate recorded trajectories: how accurate is each run, and how closely do the runs of a method agree?
+
+    Writes open_loop.json, sequences.csv, runs.csv and the figure precision_accuracy (PDF, SVG, PNG) to OUT. A run that
+    cannot be read is named and left out. A folder holds a folder for each sequence, with groundtruth.* in it and runs
+    named METHOD_run0.tum, METHOD_run1.tum and so on; what a folder cannot say, a YAML file does (docs/trajectories.md).
+
+    Examples:
+        taskslam evaluate-trajectories groundtruth.tum orb_run0.tum orb_run1.tum orb_run2.tum
+
+        taskslam evaluate-trajectories euroc --align yaw --out euroc_study
+
+        taskslam evaluate-trajectories drive.bag:/groundtruth drive.bag:/odom --align none --rpe 1m
+
+        taskslam evaluate-trajectories poses/00.txt results/00.txt --times sequences/00/times.txt
+    """
+    from rich.console import Console
+
+    from taskslam.openloop.study import load_study
+    from taskslam.openloop.study_evaluation import Settings, evaluate_study
+    from taskslam.openloop.study_results import write_results
+    from taskslam.record.files import writing
+    from taskslam.report.figures.open_loop import open_loop_figure
+    from taskslam.report.figures.style import FORMATS, save_figure
+
+    settings = Settings(_alignment(align), _nanoseconds(max_difference), _delta(rpe), upstream_compat)
+    study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times))
+    results = evaluate_study(study, settings)
+    console = Console(highlight=False)
+    _print_runs(console, results)
+    _print_sequences(console, results)
+    for left in results.left_out:
+        typer.echo(f"Left out: {left.reason}", err=True)
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+    paths = write_results(out, results)
+    if any(result.compared_frames.precision_m is not None for result in results.results):
+        paths += save_figure(open_loop_figure(results, "page"), out, "precision_accuracy", FORMATS)
+    typer.echo(f"Written: {', '.join(str(path) for path in paths)}")
+
+
+def _alignment(name: str) -> Alignment:
+    from taskslam.errors import InputError, did_you_mean
+    from taskslam.evaluation.trajectory_alignment import Alignment
+
+    if name not in list(Alignment):
+        raise InputError(
+            f"--align {name}: expected one of {', '.join(Alignment)}.{did_you_mean(name, list(Alignment))}"
+        )
+    return Alignment(name)
+
+
+def _nanoseconds(seconds: float) -> int:
+    from taskslam.errors import InputError
+    from taskslam.measurements import NANOSECONDS
+
+    if not 0 <= seconds <= 3600:
+        raise InputError(f"--max-difference {seconds:g}: expected seconds, from 0 to 3600")
+    return round(seconds * NANOSECONDS)
+
+
+def _delta(text: str | None) -> tuple[float, DeltaUnit] | None:
+    from taskslam.errors import InputError
+    from taskslam.evaluation.trajectory_pairs import DeltaUnit
+
+    if text is None:
+        return None
+    number = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
+    unit = text[len(number) :].strip()
+    try:
+        return float(number), DeltaUnit(unit)
+    except ValueError:
+        raise InputError(f"--rpe {text}: expected a number and a unit, such as 1m, 5s, 30deg or 20frames") from None
+
+
+def _with_topic(runs: list[str], topic: str | None) -> list[str]:
+    from taskslam.openloop.bag_trajectories import is_bag
+    from taskslam.openloop.trajectory_files import split_topic
+
+    def named(run: str) -> str:
+        path, own = split_topic(run)
+        return f"{run}:{topic}" if topic and own is None and is_bag(path) else run
+
+    return [named(run) for run in runs]
+
+
+def _print_runs(console: Console, results: OpenLoopResults) -> None:
+    """One row for each method on a sequence; every run is in runs.csv."""
+    with_rpe = any(run.rpe for result in results.results for run in result.runs)
+    names = ["runs", "poses", "ATE cm", "from", "to", "rot. °", *(["RPE cm", "RPE °"] if with_rpe else [])]
+    table = _table("Runs against the ground truth", names)
+    for result in results.results:
+        ate = [run.ate_m.rmse for run in result.runs]
+        relative = [run.rpe for run in result.runs if run.rpe]
+        row = [
+            f"{len(ate)}",
+            f"{statistics.median(run.poses for run in result.runs):.0f}",
+            *(_cm(value) for value in (statistics.median(ate), min(ate), max(ate))),
+            _degrees(statistics.median(run.rotation_rad.mean for run in result.runs)),
+        ]
+        if with_rpe:
+            row.append(_cm(statistics.median(rpe.translation_m.rmse for rpe in relative) if relative else None))
+            row.append(_degrees(statistics.median(rpe.rotation_rad.rmse for rpe in relative) if relative else None))
+        table.add_row(result.sequence, result.method, *row)
+    console.print(table)
+    aligned = {
+        method: [r.method for r in results.results if r.alignment is method]
+        for method in dict.fromkeys(r.alignment for r in results.results)
+    }
+    how = "; ".join(f"{kind}: {', '.join(dict.fromkeys(who))}" for kind, who in aligned.items() if who)
+    console.print(f"Medians over runs, of the root mean square (ATE, RPE) and of the mean angle. Aligned by {how}.")
+    for result in results.results:
+        for run in result.runs:
+            for note in run.notes:
+                console.print(f"  {run.file}: {note}")
+
+
+def _print_sequences(console: Console, results: OpenLoopResults) -> None:
+    table = _table(
+        "Runs of a method against one another", ["frames", "%", "E cm", "E∞ cm", "e cm", "E/D", "Δ °", "δ °", "Δ/FoV"]
+    )
+    for result in results.results:
+        frames = result.compared_frames
+        mark = "" if frames is result.common else "*"
+        table.add_row(result.sequence, result.method + mark, f"{frames.frames}", f"{100 * frames.share:.0f}",
+                      *_dual(frames, results))  # fmt: skip
+    console.print(table)
+    units = results.units
+    console.print(
+        "E, Δ: mean distance and angle of runs to their mean, frame by frame; E∞: corrected for their "
+        "number; e, δ: to the ground truth. "
+        f"D = {100 * units.robot_diameter:g} cm, FoV = {units.field_of_view:g}°. "
+        "%: share of the frames that any run has."
+    )
+    if any(result.compared_frames is not result.common for result in results.results):
+        console.print("* Hardly a frame is in all runs: these are the frames of at least two runs.")
+    if any(result.published for result in results.results):
+        table = _table("E as the published code has it, first run discarded", ["lever arm cm", "own frames cm"])
+        for result in results.results:
+            row = result.published
+            table.add_row(result.sequence, result.method, _cm(row.lever_arm_m if row else None),
+                          _cm(row.own_frames_m if row else None))  # fmt: skip
+        console.print(table)
+        console.print("Frames of all runs; lever arm: aligned; own frames: runs without map as they stand besides.")
+    console.print(verdict_sentence(results))
+
+
+def verdict_sentence(results: OpenLoopResults) -> str:
+    """Whether precision beats accuracy here, in words."""
+    verdict = results.verdict
+    if not verdict.compared:
+        return "Precision needs at least two runs of a method that share frames: there are none here."
+    parts = []
+    for what, names, beaten in (("position", "e is {} times E", verdict.position),
+                                ("orientation", "δ {} times Δ", verdict.orientation)):  # fmt: skip
+        factor = names.format(f"{beaten.ratio or 0:.2f}")
+        parts.append(f"{what} for {beaten.results} of {verdict.compared} (clearly for {beaten.clearly}; {factor})")
+    return (
+        f"Precision beats accuracy in {' and in '.join(parts)}: medians, with E and Δ corrected for the number of "
+        "runs; clearly: the 95 % interval over runs says so. Errors independent from run to run would give 1."
+    )
+
+
+def _dual(frames: FrameSet, results: OpenLoopResults) -> list[str]:
+    units = results.units
+    diameters = None if frames.precision_m is None else frames.precision_m / units.robot_diameter
+    views = None if frames.precision_rad is None else math.degrees(frames.precision_rad) / units.field_of_view
+    return [
+        _cm(frames.precision_m),
+        _cm(frames.precision_unbiased_m),
+        _cm(frames.accuracy_m),
+        "–" if diameters is None else f"{diameters:.2f}",
+        _degrees(frames.precision_rad),
+        _degrees(frames.accuracy_rad),
+        "–" if views is None else f"{views:.3f}",
+    ]
+
+
+def _table(title: str, numbers: list[str]) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+    )
+    for name in ("sequence", "method"):
+        table.add_column(name, overflow="fold")
+    for name in numbers:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def _cm(value: float | None) -> str:
+    return "–" if value is None else f"{100 * value:.2f}"
+
+
+def _degrees(value: float | None) -> str:
+    return "–" if value is None else f"{math.degrees(value):.2f}"
