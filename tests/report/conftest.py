@@ -103,3 +103,9 @@ def make_run(tmp_path):
         return write_run(tmp_path / "results" / name, **options)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def write_synthetic_run():
+    """`write_run`, for fixtures that outlive a test."""
+    return write_run

@@ -80,7 +80,7 @@ def test_the_table_is_ordered_by_completeness_and_says_what_is_missing(page):
     rows = [row for row in Rows(page).rows if len(row) == 11][1:]
     assert [row[0].split()[0] for row in rows] == ["karto", "hector", "kiss_icp"]
     assert [row[1] for row in rows] == ["2 of 2", "2 of 2", "1 of 2"]
-    assert [row[2] for row in rows] == ["100 % 6/6", "83 % 5/6", "50 % 3/6"]
+    assert [row[2].rsplit(" ", 2)[0] for row in rows] == ["100 % 6/6", "83 % 5/6", "50 % 3/6"]
     assert rows[1][8] == "1 no plan"
 
 

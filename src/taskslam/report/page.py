@@ -14,6 +14,7 @@ from markupsafe import Markup
 from taskslam.evaluation import read_runs
 from taskslam.record.files import write_whole, writing
 from taskslam.report import cards, palette, words
+from taskslam.report.comparison_view import comparison_views
 from taskslam.report.failure_story import WINDOW_S
 from taskslam.report.markers import Style, marker_icon, marker_shapes, method_styles
 from taskslam.report.names import method_labels
@@ -50,6 +51,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite)
         for name in sorted({run.metrics.scenario for run in runs})
     ]
+    comparisons = comparison_views(sorted(runs, key=lambda run: run.rank)) if runs else {}
     modes = [mode for mode in MODES if any(run.metrics.mode == mode for run in runs)]
     suite = suite_view(runs, scenarios) if whole_suite else None
     style = _style(list(styles.values()), modes)
@@ -67,6 +69,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         modes=modes,
         methods=[(name, marker_icon(look, name), look.key) for name, look in styles.items()],
         cards_shown=_cards(runs),
+        comparisons=comparisons,
         facts=facts(runs) if runs else [],
         task_units=_task_units(runs),
         parts=_parts(suite, scenarios),
@@ -135,6 +138,8 @@ def _task_units(runs: Sequence[RunView]) -> str:
 def _parts(suite: SuiteView | None, scenarios: Sequence[ScenarioView]) -> list[tuple[str, str]]:
     """Anchors and names for the line of links."""
     parts = [("methods", "All methods")] if suite else []
+    if len({run.label for scenario in scenarios for run in scenario.runs}) > 1:
+        parts.append(("comparison", "Who is more repeatable"))
     parts += [(scenario.anchor if suite else f"{scenario.anchor}-waypoints", scenario.title) for scenario in scenarios]
     parts += [(f"{scenario.anchor}-failures", "Failures") for scenario in scenarios if scenario.failures][:1]
     return [*parts, ("what-was-run", "What was run"), ("how-to-read", "How to read this")]

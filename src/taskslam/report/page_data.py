@@ -40,6 +40,7 @@ def _scenario(scenario: ScenarioView) -> dict[str, Any]:
 def _run(run: RunView, scenario: str) -> dict[str, Any]:
     return {
         "name": run.name,
+        "label": run.label,
         "method": run.style.key,
         "mode": run.metrics.mode,
         "colour": run.style.colour,

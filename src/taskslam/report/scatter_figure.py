@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from taskslam.evaluation.metrics_file import Interval
 from taskslam.report import palette
 from taskslam.report.labels import place_labels
 from taskslam.report.log_axis import LogAxis, log_axis
@@ -15,23 +16,36 @@ from taskslam.report.markers import Style, draw_marker
 from taskslam.report.svg import Svg
 
 _SIZE = 380.0
+_SHORTEST = 0.1  # of a value: an interval that reaches further down is cut at the edge of the figure
 _LEFT, _TOP, _RIGHT, _BOTTOM = 50.0, 30.0, 50.0, 44.0
 
 
 @dataclass(frozen=True)
 class Point:
-    """Means of a method over its complete waypoints, in metres. complete: its completeness is 100 %."""
+    """Means of a method over its complete waypoints, in metres. complete: its completeness is 100 %.
+
+    accuracy_interval, precision_interval: 95 % intervals, drawn as thin lines.
+    """
 
     name: str
     accuracy_m: float
     precision_m: float
     complete: bool
     style: Style
+    accuracy_interval: Interval | None = None
+    precision_interval: Interval | None = None
 
 
 def scatter_axis(points: Sequence[Point]) -> LogAxis:
     """One axis for both directions and for every panel that shows some of these points."""
-    return log_axis([value for point in points for value in (point.accuracy_m, point.precision_m)])
+    ends = [
+        end
+        for point in points
+        for interval in (point.accuracy_interval, point.precision_interval)
+        if interval is not None
+        for end in (max(interval.low, _SHORTEST * point.precision_m), interval.high)
+    ]
+    return log_axis([*(value for point in points for value in (point.accuracy_m, point.precision_m)), *ends])
 
 
 def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | None, label: str) -> Markup:
@@ -77,5 +91,10 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
     for point, (x, y) in sorted(zip(points, places, strict=True), key=lambda pair: not pair[0].complete):
         with svg.group(data_method=point.style.key):
             svg.add("title", f"{point.name}: E {point.precision_m * 100:.2f} cm, e {point.accuracy_m * 100:.2f} cm")
+            ink = {"stroke": point.style.colour, "stroke_width": 1.3, "stroke_opacity": 0.75}
+            if point.precision_interval is not None:
+                svg.line(x, y_of(point.precision_interval.low), x, y_of(point.precision_interval.high), **ink)
+            if point.accuracy_interval is not None:
+                svg.line(x_of(point.accuracy_interval.low), y, x_of(point.accuracy_interval.high), y, **ink)
             draw_marker(svg, point.style, x, y, 6.0, filled=point.complete)
     return svg.markup()

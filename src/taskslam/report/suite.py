@@ -201,8 +201,12 @@ def _scatters(entries: Sequence[Entry], diameter: float | None) -> tuple[CurvePa
 
 
 def _point(entry: Entry) -> Point | None:
-    E, e = entry.pooled.position.precision_m, entry.pooled.position.accuracy_m
-    return None if E is None or e is None else Point(entry.name, e, E, entry.complete, entry.style)
+    pooled = entry.pooled
+    E, e = pooled.position.precision_m, pooled.position.accuracy_m
+    if E is None or e is None:
+        return None
+    between = pooled.uncertainty
+    return Point(entry.name, e, E, entry.complete, entry.style, between.accuracy_m, between.precision_m)
 
 
 def _curves(entries: Sequence[Entry], diameter: float | None) -> tuple[CurvePanel, ...]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
+from taskslam.evaluation.metrics_file import Interval
 from taskslam.report import words
 from taskslam.report.words import DASH
 
@@ -40,6 +41,12 @@ class Units:
         suffixes = (" cm", " D") if with_unit else ("", "")
         task = None if self.diameter_m is None else task_number(metres / self.diameter_m) + suffixes[1]
         return both(words.centimetres(metres) + suffixes[0], task)
+
+    def interval(self, interval: Interval | None) -> Markup:
+        """A 95 % interval of a length, `0.33–0.60`, without a unit; nothing for None."""
+        if interval is None:
+            return escape("")
+        return Markup("{}–{}").format(self.length(interval.low), self.length(interval.high))
 
     def angle(self, radians: float | None, with_unit: bool = False) -> Markup:
         """Radians as degrees and as FoV; a dash for None."""

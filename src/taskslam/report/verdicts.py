@@ -8,10 +8,12 @@ from markupsafe import Markup, escape
 
 from taskslam.evaluation import RunMetrics
 from taskslam.report import words
+from taskslam.report.comparison_view import ComparisonView
 from taskslam.report.suite import Entry
 from taskslam.report.units import Units
 
 _MOST_NAMES = 8
+_MOST_COMPARED = 3  # sentences about who beats whom; the rest is in the matrix
 
 
 def run_verdict(metrics: RunMetrics, units: Units) -> Markup:
@@ -29,11 +31,12 @@ def run_verdict(metrics: RunMetrics, units: Units) -> Markup:
     return Markup("{}; arrivals lie {} from their mean.").format(reached, units.length(E, with_unit=True))
 
 
-def mode_verdicts(ranked: Sequence[Entry], units: Units) -> list[Markup]:
+def mode_verdicts(ranked: Sequence[Entry], units: Units, compared: ComparisonView | None = None) -> list[Markup]:
     """Sentences on all methods in one mode. ranked: the most complete and then the most precise first."""
     references = [entry for entry in ranked if entry.is_reference]
     methods = [entry for entry in ranked if not entry.is_reference]
-    sentences = [*_arrived(methods, units), *(_fell_short(entry) for entry in methods if not entry.complete)]
+    sentences = [*_arrived(methods, units), *_more_repeatable(methods, compared)]
+    sentences += [_fell_short(entry) for entry in methods if not entry.complete]
     sentences += [_reference(entry, units) for entry in references]
     return sentences or [Markup("Nothing ran.")]
 
@@ -50,15 +53,40 @@ def _arrived(methods: Sequence[Entry], units: Units) -> list[Markup]:
             bold(best.name), share)]  # fmt: skip
     names = listed([bold(entry.name) for entry in complete])
     sentence = Markup("{} of {} reached every waypoint in every round: {}.").format(len(complete), of_all, names)
-    E = complete[0].pooled.position.precision_m
+    pooled = complete[0].pooled
+    E, between = pooled.position.precision_m, pooled.uncertainty.precision_m
     if E is None:
         return [sentence]
-    return [
-        sentence,
-        Markup("The closest arrivals among them are those of {}: {} from their mean, on average.").format(
-            bold(complete[0].name), units.length(E, with_unit=True)
-        ),
-    ]
+    said = units.length(E, with_unit=True)
+    if between is not None:
+        said = Markup("{} (95 %: {})").format(said, units.interval(between))
+    closest = Markup("The closest arrivals among them are those of {}: on average {} from their mean.")
+    return [sentence, closest.format(bold(complete[0].name), said)]
+
+
+def _more_repeatable(methods: Sequence[Entry], compared: ComparisonView | None) -> list[Markup]:
+    """Who is more repeatable than whom, where the data carry it; references compete with nobody."""
+    if compared is None or len(methods) < 2:
+        return []
+    names = {entry.name for entry in methods}
+    betters: dict[tuple[str, ...], list[str]] = {}
+    for entry in methods:
+        worse = tuple(sorted(name for name in compared.beaten_by(entry.name) if name in names))
+        if worse:
+            betters.setdefault(worse, []).append(entry.name)
+    sentences = [_more_repeatable_than(better, worse) for worse, better in list(betters.items())[:_MOST_COMPARED]]
+    pairs = [pair for pair in compared.pairs if pair.a in names and pair.b in names]
+    apart = sum(pair.told_apart for pair in pairs)
+    if not pairs:
+        return []
+    summary = Markup('The data tell {} of {} apart (95 %, corrected); <a href="#comparison">all of them</a>.')
+    return [*sentences, summary.format(apart, words.count(len(pairs), "pair"))]
+
+
+def _more_repeatable_than(better: Sequence[str], worse: Sequence[str]) -> Markup:
+    verb = "is" if len(better) == 1 else "are each"
+    those = (listed([bold(name) for name in names]) for names in (better, worse))
+    return Markup("{} {} more repeatable than {}.").format(next(those), verb, next(those))
 
 
 def _fell_short(entry: Entry) -> Markup:

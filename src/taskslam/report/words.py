@@ -64,6 +64,13 @@ def minutes(seconds: float | None) -> str:
     return f"{whole} min {rest:02d} s"
 
 
+def ratio(value: float) -> str:
+    """A ratio with the decimals that matter: 0.44, 3.2, 18, > 1000."""
+    if value > 1000:
+        return "> 1000"
+    return f"{value:.2f}" if value < 2 else f"{value:.1f}" if value < 10 else f"{value:.0f}"
+
+
 def hours(seconds: float) -> str:
     """Seconds as hours and minutes, or as minutes and seconds below an hour."""
     if seconds < 3600:

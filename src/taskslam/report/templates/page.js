@@ -86,7 +86,8 @@
     }
     const round = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].findLast((m) => m * scale <= 90) ?? 0.001;
     svg.append(make("line", {x1: 8, y1: SIZE - 8, x2: 8 + round * scale, y2: SIZE - 8, stroke: "#1c2430", "stroke-width": 2}));
-    svg.append(make("text", {x: 8, y: SIZE - 13, class: "halo"}, length(round, scenario)));
+    const label = taskUnits() ? `${Number((round / scenario.diameter).toPrecision(2))} D` : `${Number((100 * round).toPrecision(2))} cm`;
+    svg.append(make("text", {x: 8, y: SIZE - 13, class: "halo"}, label));
     return points.length ? svg : make("p", {}, "No round reached it.");
   };
 
@@ -116,21 +117,22 @@
     ];
   };
 
+  // One row a method, one column a mode: E where every round arrived, else how many did.
   const ofGoal = (key, goal) => {
     const scenario = data.scenarios[key];
     const runs = Object.values(data.runs).filter((run) => run.scenario === key && run.waypoints[goal] && shows(run.method) && shows(run.mode));
-    const order = (run) => [-run.waypoints[goal].visits, run.waypoints[goal].E ?? Infinity];
-    runs.sort((a, b) => order(a)[0] - order(b)[0] || order(a)[1] - order(b)[1]);
-    const rows = runs.map((run) => {
-      const icon = make("svg", {viewBox: "0 0 16 16", class: "icon", "aria-hidden": "true"}, marker(run, 8, 8));
-      const waypoint = run.waypoints[goal];
-      const name = make("span", {}, icon, ` ${run.name}`);
-      return [name, `${waypoint.visits}/${waypoint.rounds}`, length(waypoint.E, scenario), length(waypoint.e, scenario)];
+    const modes = ["without-map", "with-map"].filter((mode) => runs.some((run) => run.mode === mode));
+    const say = ({E, visits, rounds}) => visits === rounds && E !== null ? length(E, scenario) : `${visits}/${rounds}`;
+    const rows = [...new Set(runs.map((run) => run.label))].map((label) => {
+      const own = runs.filter((run) => run.label === label);
+      const icon = make("svg", {viewBox: "0 0 16 16", class: "icon", "aria-hidden": "true"}, marker(own[0], 8, 8));
+      const cells = modes.map((mode) => own.filter((run) => run.mode === mode).map((run) => say(run.waypoints[goal])).join(", ") || "–");
+      return [make("span", {}, icon, ` ${label}`), ...cells];
     });
     return [
       make("h4", {}, `Waypoint ${goal + 1} · ${scenario.title}`),
-      make("p", {}, "Every round of the runs that the filter shows; the goal's heading points up."),
-      make("div", {class: "halves"}, plot(runs, goal, scenario), table(["Run", "Rounds", "E", "e"], rows)),
+      make("p", {}, "Every arrival of the runs that the filter shows; the goal's heading points up, the dashed circle is navigation's tolerance."),
+      make("div", {class: "halves"}, plot(runs, goal, scenario), table(["E", ...modes.map((mode) => mode.replace("-", " "))], rows)),
     ];
   };
 

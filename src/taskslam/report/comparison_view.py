@@ -1,0 +1,104 @@
+"""Every pair of methods side by side: who is more repeatable, where the data carry it, in a matrix and in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from taskslam.evaluation import RunMetrics
+from taskslam.evaluation.comparison import compare_methods
+from taskslam.evaluation.metrics_file import Comparison
+from taskslam.report.views import MODES, RunView
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One method against another. ratio: of their E, below 1 where the row's is smaller; kind: better, worse, open."""
+
+    ratio: float | None
+    kind: str
+    verdict: str
+    key: str
+
+
+@dataclass(frozen=True)
+class MatrixRow:
+    """One method against all. icon, key: its marker, and what the page's filter knows it by."""
+
+    name: str
+    icon: Markup
+    key: str
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True)
+class ComparisonView:
+    """All pairs in one mode. pairs: those that can be compared, the clearest first; apart: how many are told apart."""
+
+    mode: str
+    rows: tuple[MatrixRow, ...]
+    pairs: tuple[Comparison, ...]
+    uncompared: int
+
+    @property
+    def apart(self) -> int:
+        """Pairs in which the data carry a difference."""
+        return sum(pair.told_apart for pair in self.pairs)
+
+    def beaten_by(self, name: str) -> list[str]:
+        """Methods than which this one is more repeatable, where the data carry it."""
+        return [_worse(pair) for pair in self.pairs if pair.told_apart and _better(pair) == name]
+
+
+def comparison_views(runs: Sequence[RunView]) -> dict[str, ComparisonView]:
+    """By mode, if at least two methods ran in it; their order is that in which they first appear in `runs`."""
+    groups: dict[str, list[RunMetrics]] = {}
+    looks: dict[str, RunView] = {}
+    for run in runs:
+        groups.setdefault(run.label, []).append(run.metrics)
+        looks.setdefault(run.label, run)
+    compared = compare_methods(groups)
+    views = {}
+    for mode in MODES:
+        own = [pair for pair in compared if pair.mode == mode]
+        if own:
+            names = [name for name in groups if any(name in (pair.a, pair.b) for pair in own)]
+            views[mode] = _view(mode, names, looks, own)
+    return views
+
+
+def _view(
+    mode: str, names: Sequence[str], looks: Mapping[str, RunView], compared: Sequence[Comparison]
+) -> ComparisonView:
+    pairs = [pair for pair in compared if pair.waypoints]
+    by_names = {(pair.a, pair.b): pair for pair in compared}
+    rows = tuple(
+        MatrixRow(
+            name=row,
+            icon=looks[row].method_icon,
+            key=looks[row].style.key,
+            cells=tuple(_cell(row, column, by_names, looks[column].style.key) for column in names),
+        )
+        for row in names
+    )
+    pairs.sort(key=lambda pair: (not pair.told_apart, pair.p_adjusted if pair.p_adjusted is not None else 2.0))
+    return ComparisonView(mode, rows, tuple(pairs), len(compared) - len(pairs))
+
+
+def _cell(row: str, column: str, by_names: Mapping[tuple[str, str], Comparison], key: str) -> Cell:
+    pair = by_names.get((row, column)) or by_names.get((column, row))
+    if pair is None or not pair.waypoints or not pair.ratio:
+        return Cell(None, "none", pair.verdict if pair else "", key)
+    ratio = pair.ratio if pair.a == row else 1 / pair.ratio
+    kind = "open" if not pair.told_apart else "better" if ratio < 1 else "worse"
+    return Cell(ratio, kind, pair.verdict, key)
+
+
+def _better(pair: Comparison) -> str:
+    return pair.a if pair.ratio is not None and pair.ratio < 1 else pair.b
+
+
+def _worse(pair: Comparison) -> str:
+    return pair.b if _better(pair) == pair.a else pair.a
