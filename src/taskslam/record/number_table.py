@@ -41,8 +41,9 @@ class NumberTable:
 
 
 class _BadLineError(Exception):
-    def __init__(self, line: int) -> None:
+    def __init__(self, line: int, hint: str = "") -> None:
         self.line = line
+        self.hint = hint
 
 
 def read_number_table(
@@ -78,7 +79,7 @@ def read_number_table(
         cut_off = cut_off_allowed and bad.line == room
         if not cut_off:
             raise RecordError(
-                f"{path}, line {bad.line}: expected {expected}, found {_line(data, bad.line)!r}"
+                f"{path}, line {bad.line}: expected {expected}, found {_line(data, bad.line)!r}{bad.hint}"
             ) from None
         rows = int(np.searchsorted(table.lines[:rows], bad.line))
         _read_odd_words(data, odd[:rows], table, separator, stamp_unit)
@@ -109,7 +110,8 @@ def _read_odd_words(
                 scale = NANOSECONDS if unit == "seconds" else 1
                 stamp = int((Decimal(word) * scale).to_integral_value())
                 if abs(stamp) > _INT64_MAX:
-                    raise OverflowError
+                    hint = "; are these nanoseconds, where seconds belong?" if unit == "seconds" else ""
+                    raise _BadLineError(int(table.lines[row]), hint)
                 table.stamps[row] = stamp
             else:
                 table.values[row, column - (unit is not None)] = float(word)
