@@ -7,7 +7,19 @@ import sys
 import typer
 
 from taskslam import __version__
-from taskslam.cli import doctor, evaluate, evaluate_trajectories, export, methods, replay, report, run, suite, worlds
+from taskslam.cli import (
+    compare,
+    doctor,
+    evaluate,
+    evaluate_trajectories,
+    export,
+    methods,
+    replay,
+    report,
+    run,
+    suite,
+    worlds,
+)
 from taskslam.errors import TaskSlamError
 
 app = typer.Typer(
@@ -26,6 +38,7 @@ app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories
 app.command("export")(export.export)
 app.command("replay")(replay.replay)
 app.command("report")(report.report)
+app.command("compare")(compare.compare)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")
 app.command("doctor")(doctor.doctor)

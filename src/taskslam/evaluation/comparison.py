@@ -25,6 +25,9 @@ ALPHA = 0.05
 POWER = 0.80
 MOST_METHODS = 30
 MOST_ROUNDS = 1000
+FEWEST_ROUNDS = 4
+"""Of each method: 8 rounds can be dealt to two in 35 ways, 6 in only 10, which cannot give p below 0.05."""
+
 MOST_SEQUENCES = 8
 SMALLEST = 1e-6
 """Metres. Distances below a micrometre count as one: a logarithm needs a number, and no robot is that repeatable."""
@@ -139,7 +142,7 @@ class _Evidence:
         M = np.arange(3, MOST_ROUNDS + 1)
         shift = stdtrit(2 * M - 2, 1 - ALPHA / 2) + stdtrit(2 * M - 2, POWER)
         enough = shift * np.sqrt(self.per_round / M) <= abs(self.difference)
-        return int(M[np.argmax(enough)]) if enough.any() else None
+        return max(int(M[np.argmax(enough)]), FEWEST_ROUNDS) if enough.any() else None
 
 
 def _common(paired: Sequence[tuple[RunMetrics, RunMetrics]]) -> tuple[list[Shared], int, int]:
@@ -277,5 +280,10 @@ def _verdict(c: Comparison, comparisons: int) -> str:
     if c.told_apart:
         word = "more repeatable" if c.metric == "precision" else "more accurate"
         return f"{one} is {word} than {other} here: {numbers}."
-    needed = f" About {c.rounds_needed} rounds each would settle it." if c.rounds_needed else ""
-    return f"The data do not tell {one} from {other}: {numbers}.{needed}"
+    return f"The data do not tell {one} from {other}: {numbers}.{_what_is_missing(c)}"
+
+
+def _what_is_missing(c: Comparison) -> str:
+    if c.p_permutation_floor is not None and c.p_permutation_floor >= ALPHA:
+        return f" {min(c.rounds)} rounds are too few: dealt out by chance, they cannot give p below {ALPHA:g}."
+    return f" About {c.rounds_needed} rounds each would settle it." if c.rounds_needed else ""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from taskslam.errors import RecordError
 from taskslam.evaluation.comparison import METRICS, compare_methods
-from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
+from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics, read_metrics
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.evaluation.upstream import NONE, Deviations, names_of
 from taskslam.record import RunRecord, find_partial_runs, find_runs, load_run
@@ -31,6 +31,11 @@ def evaluate_runs(paths: Sequence[Path], deviations: Deviations = NONE) -> Metri
         comparisons=tuple(found for metric in METRICS for found in compare_methods(groups, metric)),
         left_out=left_out,
     )
+
+
+def load_metrics(path: Path) -> MetricsFile:
+    """Metrics from a folder that holds runs, or from a metrics.json. Raises RecordError."""
+    return read_metrics(path) if path.is_file() else evaluate_runs([path])
 
 
 def by_method(runs: Sequence[RunMetrics]) -> dict[str, list[RunMetrics]]:

@@ -5,12 +5,12 @@ Positions are metres in `map`, angles radians, poses [x, y, theta].
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
+from taskslam.errors import RecordError
 from taskslam.record.files import write_whole
 
 METRICS_FORMAT: Literal["taskslam-metrics/2"] = "taskslam-metrics/2"
@@ -289,7 +289,14 @@ def write_metrics(folder: Path, metrics: MetricsFile) -> Path:
     return path
 
 
-def pose_row(values: Iterable[float]) -> PoseRow:
-    """[x, y, theta] as plain floats."""
-    x, y, theta = (float(value) for value in values)
-    return (x, y, theta)
+def read_metrics(path: Path) -> MetricsFile:
+    """Read a metrics.json. Raises RecordError naming the file and what was expected."""
+    try:
+        return MetricsFile.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = ".".join(map(str, fault["loc"])) or "the file"
+        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        raise RecordError(f"{path}: expected {METRICS_FORMAT!r}: {where}: {fault['msg']}{more}") from None

@@ -1,0 +1,297 @@
+"""The gate: did results get worse? For the continuous integration of a SLAM project.
+
+Runs of BASE and NEW are paired by scenario, method, mode and seed; the runs of a method in a mode are also judged all
+together, which shows a small loss that no single run can. E and e are measured, so a change counts only if it
+is larger than the tolerance and the rounds tell it from none (`comparison.py`, one family over all runs and rules).
+Completeness is counted: a waypoint that was reached in every round, and now is not, is an event and no scatter. Only
+the tolerance excuses it. N-AUC depends on both and follows both rules. A run that NEW lacks is a regression.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict
+
+from taskslam.errors import InputError, did_you_mean
+from taskslam.evaluation.comparison import compare_pair, corrected
+from taskslam.evaluation.metrics_file import Comparison, Interval, LeftOut, RunMetrics
+
+GATE_FORMAT: Literal["taskslam-compare/1"] = "taskslam-compare/1"
+DEFAULT_RULES = "precision:+10%,accuracy:+10%,completeness:-0"
+
+Metric: TypeAlias = Literal["precision", "accuracy", "completeness", "n_auc"]
+Status: TypeAlias = Literal["regression", "within noise", "fine", "better", "undetermined"]
+RunKey: TypeAlias = tuple[str, str, str, int]
+Pair: TypeAlias = tuple[RunMetrics, RunMetrics]
+
+_WORSE_IS = {"precision": "+", "accuracy": "+", "completeness": "-", "n_auc": "-"}
+_LENGTHS = ("precision", "accuracy")
+_RULE = re.compile(r"(?P<sign>[+-])(?P<number>\d+(\.\d*)?|\.\d+)(?P<unit>%|cm|)")
+_CLOSE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """How much worse a metric may get: relative (a share of BASE), or absolute in metres or shares."""
+
+    metric: Metric
+    tolerance: float
+    relative: bool
+
+    def exceeded(self, base: float, new: float) -> bool:
+        """Whether NEW is worse than BASE by more than the tolerance."""
+        loss = (new - base) if self.metric in _LENGTHS else (base - new)
+        return loss > self.tolerance * (base if self.relative else 1.0) + _CLOSE
+
+    def __str__(self) -> str:
+        if self.relative:
+            return f"{self.metric}:{_WORSE_IS[self.metric]}{100 * self.tolerance:g}%"
+        number = f"{100 * self.tolerance:g}cm" if self.metric in _LENGTHS else f"{self.tolerance:g}"
+        return f"{self.metric}:{_WORSE_IS[self.metric]}{number}"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Finding(_Part):
+    """One metric of one run; or of all runs of a method in a mode together, then scenario says so and seed is null.
+
+    base, new: metres or shares; ratio: new over base on common waypoints, with interval.
+    """
+
+    scenario: str
+    method: str
+    mode: str
+    seed: int | None
+    metric: Metric
+    base: float | None
+    new: float | None
+    ratio: float | None
+    ratio_interval: Interval | None
+    p_adjusted: float | None
+    status: Status
+    reason: str
+
+
+class MissingRun(_Part):
+    """A run of BASE that NEW does not have, and why if that is known."""
+
+    scenario: str
+    method: str
+    mode: str
+    seed: int
+    reason: str
+
+
+class GateReport(_Part):
+    """The result of the gate. added: runs that BASE does not have; they are not judged."""
+
+    format: Literal["taskslam-compare/1"] = GATE_FORMAT
+    rules: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    missing: tuple[MissingRun, ...]
+    added: tuple[str, ...]
+
+    @property
+    def regressions(self) -> tuple[Finding, ...]:
+        """The findings that are regressions; missing runs are regressions besides."""
+        return tuple(finding for finding in self.findings if finding.status == "regression")
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing got worse and nothing is missing."""
+        return not self.regressions and not self.missing
+
+
+def parse_rules(text: str) -> tuple[Rule, ...]:
+    """Rules from `precision:+10%,completeness:-0`. Raises InputError naming the part that is wrong."""
+    rules: list[Rule] = []
+    for part in (part.strip() for part in text.split(",") if part.strip()):
+        name, _, amount = part.partition(":")
+        metric = next((known for known in _METRICS if known == name.strip()), None)
+        if metric is None:
+            raise InputError(
+                f"--fail-on {part}: unknown metric {name!r}; expected one of {', '.join(_METRICS)}."
+                f"{did_you_mean(name, _METRICS)}"
+            )
+        sign = _WORSE_IS[metric]
+        found = _RULE.fullmatch(amount.strip())
+        unit = found["unit"] if found else ""
+        if found is None or found["sign"] != sign or (unit == "cm") != (unit != "%" and metric in _LENGTHS):
+            absolute = "0.5cm" if metric in _LENGTHS else "0.05"
+            raise InputError(f"--fail-on {part}: expected {metric}:{sign}10% or {metric}:{sign}{absolute}")
+        if any(rule.metric == metric for rule in rules):
+            raise InputError(f"--fail-on {part}: a second rule for {metric}; expected one")
+        rules.append(Rule(metric, float(found["number"]) / (100 if unit else 1), relative=unit == "%"))
+    if not rules:
+        raise InputError(f"--fail-on: no rule; expected some, such as {DEFAULT_RULES}")
+    return tuple(rules)
+
+
+def judge(
+    base: Sequence[RunMetrics], new: Sequence[RunMetrics], rules: Sequence[Rule], left_out: Sequence[LeftOut] = ()
+) -> GateReport:
+    """Compare the runs of NEW with those of BASE. left_out: what could not be evaluated of NEW.
+
+    Raises InputError if either holds one run twice, or if paired runs were driven to different goals.
+    """
+    olds, news = _by_key(base, "BASE"), _by_key(new, "NEW")
+    pairs = [(olds[key], news[key]) for key in sorted(olds) if key in news]
+    for old, fresh in pairs:
+        if [w.target for w in old.waypoints] != [w.target for w in fresh.waypoints]:
+            raise InputError(
+                f"{run_name(old)}: BASE and NEW were driven to different goals; expected the same sequence"
+            )
+    groups = [*([pair] for pair in pairs), *_together(pairs)]
+    wanted = sorted({"precision" if rule.metric == "n_auc" else rule.metric for rule in rules} & set(_LENGTHS))
+    questions = [(index, metric) for index in range(len(groups)) for metric in wanted]
+    answers = corrected([_compare(groups[index], metric) for index, metric in questions])
+    known = dict(zip(questions, answers, strict=True))
+    findings = []
+    for index, group in enumerate(groups):
+        for rule in rules:
+            answer = known.get((index, "precision" if rule.metric == "n_auc" else rule.metric))
+            if len(group) == 1:
+                findings.append(_finding(*group[0], rule, answer))
+            elif rule.metric in _LENGTHS and answer is not None and answer.ratio is not None:
+                findings.append(_joint_finding(group, rule, answer))
+    return GateReport(
+        rules=tuple(str(rule) for rule in rules),
+        findings=tuple(findings),
+        missing=tuple(_missing(olds[key], left_out) for key in sorted(olds) if key not in news),
+        added=tuple(run_name(news[key]) for key in sorted(news) if key not in olds),
+    )
+
+
+def run_name(run: RunMetrics | Finding | MissingRun) -> str:
+    """Scenario, method, mode and seed: what names a run in BASE and in NEW."""
+    seed = "" if run.seed is None else f" / seed {run.seed}"
+    return f"{run.scenario} / {run.method} / {run.mode}{seed}"
+
+
+_METRICS: tuple[Metric, ...] = ("precision", "accuracy", "completeness", "n_auc")
+
+
+def _key(run: RunMetrics) -> RunKey:
+    return (run.scenario, run.method, run.mode, run.seed)
+
+
+def _by_key(runs: Sequence[RunMetrics], side: str) -> dict[RunKey, RunMetrics]:
+    found: dict[RunKey, RunMetrics] = {}
+    for run in runs:
+        if _key(run) in found:
+            first = found[_key(run)].directory
+            raise InputError(
+                f"{side} holds {run_name(run)} twice, in {first} and in {run.directory}; name a folder with one of them"
+            )
+        found[_key(run)] = run
+    return found
+
+
+def _missing(run: RunMetrics, left_out: Sequence[LeftOut]) -> MissingRun:
+    reason = next((left.reason for left in left_out if left.directory == run.directory), "no such run")
+    return MissingRun(scenario=run.scenario, method=run.method, mode=run.mode, seed=run.seed, reason=reason)
+
+
+def _together(pairs: Sequence[Pair]) -> list[list[Pair]]:
+    """The pairs of each method and mode that has several."""
+    groups: dict[tuple[str, str], list[Pair]] = {}
+    for pair in pairs:
+        groups.setdefault((pair[0].method, pair[0].mode), []).append(pair)
+    return [group for _, group in sorted(groups.items()) if len(group) > 1]
+
+
+def _compare(pairs: Sequence[Pair], metric: str) -> Comparison:
+    return compare_pair("new", [fresh for _, fresh in pairs], "base", [old for old, _ in pairs], metric)
+
+
+def _joint_finding(pairs: Sequence[Pair], rule: Rule, answer: Comparison) -> Finding:
+    old, new = pairs[0]
+    status, reason = _judge_measured(old, new, rule, answer)
+    return Finding(
+        scenario=f"all {len(pairs)} runs",
+        method=old.method,
+        mode=old.mode,
+        seed=None,
+        metric=rule.metric,
+        base=answer.b_mean_m,
+        new=answer.a_mean_m,
+        ratio=answer.ratio,
+        ratio_interval=answer.ratio_interval,
+        p_adjusted=answer.p_adjusted,
+        status=status,
+        reason=reason,
+    )
+
+
+def _finding(old: RunMetrics, new: RunMetrics, rule: Rule, answer: Comparison | None) -> Finding:
+    status, reason = _judge_counted(old, new, rule)
+    if rule.metric in _LENGTHS:
+        assert answer is not None
+        status, reason = _judge_measured(old, new, rule, answer)
+    elif rule.metric == "n_auc" and status == "regression" and new.completeness >= old.completeness:
+        assert answer is not None
+        worse = answer.told_apart and answer.ratio is not None and answer.ratio > 1
+        status, reason = ("regression", answer.verdict) if worse else ("within noise", answer.verdict)
+    shown = answer if rule.metric in _LENGTHS else None
+    return Finding(
+        scenario=old.scenario,
+        method=old.method,
+        mode=old.mode,
+        seed=old.seed,
+        metric=rule.metric,
+        base=shown.b_mean_m if shown and shown.waypoints else _value(old, rule.metric),
+        new=shown.a_mean_m if shown and shown.waypoints else _value(new, rule.metric),
+        ratio=shown.ratio if shown else None,
+        ratio_interval=shown.ratio_interval if shown else None,
+        p_adjusted=shown.p_adjusted if shown else None,
+        status=status,
+        reason=reason,
+    )
+
+
+def _judge_measured(old: RunMetrics, new: RunMetrics, rule: Rule, answer: Comparison) -> tuple[Status, str]:
+    if answer.ratio is None or answer.a_mean_m is None or answer.b_mean_m is None:
+        if _value(old, rule.metric) is not None and _value(new, rule.metric) is None:
+            return "regression", f"no {rule.metric} any more: {_reached(new)}, before {_reached(old)}"
+        return "undetermined", answer.verdict
+    if answer.ratio_interval is None:
+        return "undetermined", answer.verdict
+    beyond = answer.ratio > 1 + rule.tolerance + _CLOSE if rule.relative else rule.exceeded(
+        answer.b_mean_m, answer.a_mean_m
+    )  # fmt: skip
+    if beyond:
+        return ("regression" if answer.told_apart and answer.ratio > 1 else "within noise"), answer.verdict
+    return ("better" if answer.told_apart and answer.ratio < 1 else "fine"), answer.verdict
+
+
+def _judge_counted(old: RunMetrics, new: RunMetrics, rule: Rule) -> tuple[Status, str]:
+    before, after = _value(old, rule.metric), _value(new, rule.metric)
+    legs = f"{new.uncertainty.legs.failed} of {new.uncertainty.legs.driven} legs failed, before"
+    reason = f"{_reached(new)}, before {_reached(old)}; {legs} {old.uncertainty.legs.failed} of"
+    reason = f"{reason} {old.uncertainty.legs.driven}"
+    if before is None:
+        return "undetermined", f"BASE has no {rule.metric}: it holds one round"
+    if after is None:
+        return "regression", f"no {rule.metric} any more: NEW holds one round"
+    if rule.exceeded(before, after):
+        return "regression", reason
+    return ("better" if after > before + _CLOSE else "fine"), reason
+
+
+def _value(run: RunMetrics, metric: Metric) -> float | None:
+    return {
+        "precision": run.position.precision_m,
+        "accuracy": run.position.accuracy_m,
+        "completeness": run.completeness,
+        "n_auc": run.n_auc.exact,
+    }[metric]
+
+
+def _reached(run: RunMetrics) -> str:
+    return f"{run.complete_waypoints}/{run.planned_waypoints} waypoints reached in all {run.rounds} rounds"
