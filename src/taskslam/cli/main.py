@@ -18,6 +18,7 @@ from taskslam.cli import (
     report,
     run,
     suite,
+    tags,
     worlds,
 )
 from taskslam.errors import TaskSlamError
@@ -41,6 +42,7 @@ app.command("report")(report.report)
 app.command("compare")(compare.compare)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")
+app.add_typer(tags.app, name="tags")
 app.command("doctor")(doctor.doctor)
 
 
