@@ -13,6 +13,7 @@ from taskslam.cli import (
     evaluate,
     evaluate_trajectories,
     export,
+    figures,
     methods,
     replay,
     report,
@@ -39,6 +40,7 @@ app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories
 app.command("export")(export.export)
 app.command("replay")(replay.replay)
 app.command("report")(report.report)
+app.command("figures")(figures.figures)
 app.command("compare")(compare.compare)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
 
 from taskslam.report import palette
 from taskslam.report.figures.style import NORMAL, add_axes, marker_style
@@ -100,5 +101,6 @@ def _draw_bar(axes: Axes, bar: Bar, colour: str, middle: float, full: float, wid
         if bar.interval is not None:
             ends = [end * full for end in bar.interval]
             axes.plot(ends, [middle] * 2, color=palette.INK, linewidth=0.7, marker="|", markersize=3.2,
-                      markeredgewidth=0.7, solid_capstyle="butt")  # fmt: skip
+                      markeredgewidth=0.7, solid_capstyle="butt",
+                      path_effects=[withStroke(linewidth=1.9, foreground="white")])  # fmt: skip
     axes.text(width, middle, bar.text, va="center_baseline", ha="right")

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from matplotlib.figure import Figure
 
 from taskslam.evaluation.curves import EXACT_RANGE
+from taskslam.evaluation.metrics_file import Interval
 from taskslam.report import cards, palette, words
 from taskslam.report.figures import cumulative, violins
 from taskslam.report.figures.arrivals import arrivals_figure
@@ -60,9 +61,20 @@ def _points(ranked: Sequence[MethodResult], quantity: Quantity) -> list[Point]:
     points = []
     for result, tag in zip(ranked, tags_of(len(ranked)), strict=True):
         precision, accuracy = _means(result, quantity)
-        if precision is not None and accuracy is not None:
-            shown = quantity.shown(accuracy), quantity.shown(precision)
-            points.append(Point(result.style, result.complete, *shown, tag=tag))
+        if precision is None or accuracy is None:  # no waypoint was reached in two rounds or more
+            continue
+        of_accuracy, of_precision = _intervals(result, quantity)
+        points.append(
+            Point(
+                result.style,
+                result.complete,
+                quantity.shown(accuracy),
+                quantity.shown(precision),
+                _shown(of_accuracy, quantity),
+                _shown(of_precision, quantity),
+                tag,
+            )
+        )
     return points
 
 
@@ -82,7 +94,12 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
             style=_present(method)[0].style,
             filled=all(result.complete for result in _present(method)),
             bars=tuple(
-                Bar(area, words.plain(area, 3), solid=DARK if result.mode == "with-map" else LIGHT)
+                Bar(
+                    area,
+                    words.plain(area, 3),
+                    _share(result.pooled.uncertainty.n_auc_exact),
+                    DARK if result.mode == "with-map" else LIGHT,
+                )
                 for result in _present(method)
                 for area in [result.pooled.n_auc.exact]
             ),
@@ -108,9 +125,10 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
         )
         for mode in results.modes
     ]
-    key = [KeyLine(f"{shade}: {words.mode(mode)}") for mode, shade in zip(MODES, ("light", "full"), strict=True)]
+    key = [KeyLine("N-AUC: exact integral")]
+    key += [KeyLine(f"{shade}: {words.mode(mode)}") for mode, shade in zip(MODES, ("light", "full"), strict=True)]
     limit = quantity.size or quantity.shown(EXACT_RANGE) / 4
-    heading = f"N-AUC to {quantity.shown(EXACT_RANGE):g} cm"
+    heading = f"N-AUC, 0–{quantity.shown(EXACT_RANGE):g} cm"
     return cumulative.cumulative_figure(
         panels, rows, [*key, *sensor_key([_present(method)[0] for method in methods])], heading, quantity, limit,
         width, units,
@@ -175,6 +193,22 @@ def _run_names(runs: Sequence[Run]) -> list[str]:
     return names
 
 
+def _intervals(result: MethodResult, quantity: Quantity) -> tuple[Interval | None, Interval | None]:
+    """Of accuracy and of precision."""
+    sure = result.pooled.uncertainty
+    if quantity.task == "D":
+        return sure.accuracy_m, sure.precision_m
+    return sure.accuracy_rad, sure.precision_rad
+
+
+def _shown(interval: Interval | None, quantity: Quantity) -> tuple[float, float] | None:
+    return None if interval is None else (quantity.shown(interval.low), quantity.shown(interval.high))
+
+
+def _share(interval: Interval | None) -> tuple[float, float] | None:
+    return None if interval is None else (interval.low, interval.high)
+
+
 def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row]:
     names = short_names([result.label for result in ranked], _LONGEST_NAME[width])
     return [
@@ -182,7 +216,13 @@ def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row
             name=f"{tag} {name}".strip(),
             style=result.style,
             filled=result.complete,
-            bars=(Bar(result.pooled.completeness, words.percent(result.pooled.completeness)),),
+            bars=(
+                Bar(
+                    result.pooled.completeness,
+                    words.percent(result.pooled.completeness),
+                    _share(result.pooled.uncertainty.completeness),
+                ),
+            ),
         )
         for name, tag, result in zip(names, tags_of(len(ranked)), ranked, strict=True)
     ]
@@ -194,11 +234,10 @@ def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
     shapes: dict[int, tuple[str, Style]] = {}
     for sensor, result in sensors.items():
         shapes.setdefault(result.style.shape, (cards.sensor_name(sensor), Style(palette.MUTED, result.style.shape)))
-    if any(not sensor for sensor in sensors) or len(shapes) < 2:
-        return []
-    return [KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)] + [
-        KeyLine(text, style) for text, style in shapes.values()
-    ]
+    lines = [KeyLine("whisker: 95 % interval"), KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)]
+    if all(sensors) and len(shapes) > 1:
+        lines += [KeyLine(text, style) for text, style in shapes.values()]
+    return lines
 
 
 def _slug(text: str) -> str:

@@ -15,6 +15,7 @@ from matplotlib.transforms import Affine2D
 
 from taskslam.errors import FloorPlanError, RecordError
 from taskslam.evaluation import RunMetrics
+from taskslam.evaluation.metrics_file import PoseRow
 from taskslam.geometry import FloatArray
 from taskslam.record import RunRecord
 from taskslam.report import palette
@@ -54,13 +55,15 @@ def trajectory_figure(record: RunRecord, metrics: RunMetrics, title: str, width:
         if len(poses) > 1:
             line = simplified(poses[:, :2], _TOLERANCE / 72 / scale)
             axes.plot(line[:, 0], line[:, 1], zorder=2, **(_PRIMING if priming else _TRUTH))
-    _draw_waypoints(axes, record, metrics, _TICK / 72 / scale)
+    tick = _TICK / 72 / scale
+    _draw_waypoints(axes, record, metrics, tick)
     places = [failure.truth for failure in metrics.failures if failure.truth is not None]
     for edge, thick in (("white", 2.6), (palette.FAILURE, 1.4)):
         axes.plot([at[0] for at in places], [at[1] for at in places], "x", markersize=5.5, color=edge,
                   markeredgewidth=thick, zorder=5)  # fmt: skip
     _draw_words(figure, title, metrics, tracks, scale)
-    add_tags(axes, [(waypoint.target[:2], str(waypoint.goal + 1)) for waypoint in metrics.waypoints])
+    tips = [(_ahead(waypoint.target, tick), "") for waypoint in metrics.waypoints]  # no number hides a heading
+    add_tags(axes, [*((waypoint.target[:2], str(waypoint.goal + 1)) for waypoint in metrics.waypoints), *tips])
     return figure
 
 
@@ -88,9 +91,9 @@ def _draw_plan(axes: Axes, plan: FloorPlan) -> None:
 def _draw_waypoints(axes: Axes, record: RunRecord, metrics: RunMetrics, tick: float) -> None:
     """Goals as dots with their headings, hollow where one was missed; the start as a triangle. tick: metres."""
     for waypoint in metrics.waypoints:
-        x, y, theta = waypoint.target
-        axes.plot([x, x + tick * math.cos(theta)], [y, y + tick * math.sin(theta)], color=palette.INK, linewidth=0.9,
-                  zorder=3)  # fmt: skip
+        x, y, _ = waypoint.target
+        tip = _ahead(waypoint.target, tick)
+        axes.plot([x, tip[0]], [y, tip[1]], color=palette.INK, linewidth=0.9, zorder=3)
         axes.plot(x, y, "o", markersize=4.2, markeredgewidth=0.9, markeredgecolor=palette.INK,
                   markerfacecolor=palette.INK if waypoint.complete else "white", zorder=4)  # fmt: skip
     start = record.manifest.start
@@ -126,6 +129,12 @@ def _draw_words(
     bar.set_ylim(0, _FOOT)
     bar.plot([0.04, 0.04 + metres * scale], [0.1, 0.1], color=palette.INK, linewidth=1.2, solid_capstyle="butt")
     bar.text(0.04 + metres * scale + 0.05, 0.1, f"{metres:g} m", va="center_baseline")
+
+
+def _ahead(pose: PoseRow, distance: float) -> tuple[float, float]:
+    """A point so many metres ahead of a pose."""
+    x, y, theta = pose
+    return x + distance * math.cos(theta), y + distance * math.sin(theta)
 
 
 def _truth(record: RunRecord, number: int) -> FloatArray:

@@ -1,0 +1,214 @@
+"""Tables for a paper: `tabular` snippets that need booktabs alone. Any text is escaped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from taskslam.evaluation.metrics_file import Interval, Uncertainty, WaypointMetrics
+from taskslam.evaluation.pooled import Pooled
+from taskslam.report import words
+from taskslam.report.results import MethodResult, Results, Run
+
+_MOST_WAYPOINTS = 8  # columns of a table; further waypoints go below
+_ESCAPES = str.maketrans(
+    {
+        "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
+        "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
+        "|": r"\textbar{}", '"': r"\textquotedbl{}", "–": "--", "…": r"\dots{}", "°": r"\textdegree{}",
+    }
+)  # fmt: skip
+_DOCUMENT = r"""\documentclass{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage{textcomp}
+\usepackage{booktabs}
+\usepackage[a4paper,landscape,margin=12mm]{geometry}
+\begin{document}
+\pagestyle{empty}\footnotesize\setlength{\tabcolsep}{4pt}
+%s
+\end{document}
+"""
+
+
+def escape(text: str) -> str:
+    """Any text as LaTeX that prints it; line breaks and other control characters become blanks."""
+    return "".join(letter if letter.isprintable() else " " for letter in text).translate(_ESCAPES)
+
+
+def document(names: Iterable[str]) -> str:
+    """A document that shows the snippets of these files; it compiles as it stands beside them."""
+    return _DOCUMENT % "\n\n\\bigskip\n\n".join(f"\\noindent\\input{{{name}}}" for name in names)
+
+
+def methods_latex(results: Results) -> str:
+    """Methods by metrics, mode by mode: the most complete first, the best of each column in bold."""
+    head = ["method", *(column.heading for column in _COLUMNS), "failures", "RTF"]
+    lines = [_explanation(results), f"\\begin{{tabular}}{{l{'r' * len(_COLUMNS)}lr}}", r"\toprule", _row(head)]
+    for mode in results.modes:
+        ranked = results.in_mode(mode)
+        best = [column.best(ranked) for column in _COLUMNS]
+        lines += [r"\midrule", f"\\multicolumn{{{len(head)}}}{{l}}{{\\emph{{{escape(words.mode(mode))}}}}} \\\\"]
+        lines += [_method_row(result, best) for result in ranked]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def waypoints_latex(results: Results, scenario: str) -> str:
+    """E in cm and, in parentheses, Delta in degrees, for every run of a scenario and each of its waypoints.
+
+    As the table that the paper's authors published: a dash where a round missed the waypoint, the best E in bold, and
+    the mean over complete waypoints underlined where some are not.
+    """
+    runs = [run for run in results.runs if run.metrics.scenario == scenario]
+    count = max(len(run.metrics.waypoints) for run in runs)
+    blocks = []
+    for first in range(0, count, _MOST_WAYPOINTS):
+        goals = range(first, min(first + _MOST_WAYPOINTS, count))
+        blocks.append(_waypoint_block(results, scenario, goals, with_mean=goals[-1] == count - 1))
+    head = f"% {escape(scenario)}: E in cm (Delta in degrees) at each waypoint; underlined: mean over some of them."
+    return "\n".join([head, "\n\n\\medskip\n\n".join(blocks), ""])
+
+
+def _area(value: float | None) -> str:
+    return words.plain(value, 3)
+
+
+def _percent(share: float | None) -> str:
+    return words.DASH if share is None else words.percent(share)
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column of the table of methods. choose: the best of some values; None where nobody is best.
+
+    fair: only the most complete methods compete, for the mean of a method that completes easy waypoints alone is small.
+    """
+
+    heading: str
+    value: Callable[[Pooled], float | None]
+    interval: Callable[[Uncertainty], Interval | None]
+    text: Callable[[float | None], str]
+    choose: Callable[[Iterable[float]], float] = min
+    fair: bool = True
+
+    def best(self, ranked: Sequence[MethodResult]) -> frozenset[str]:
+        """Labels of the methods that read as the best one does; none where all read alike."""
+        rivals = [result for result in ranked if not result.is_reference and self.value(result.pooled) is not None]
+        top = max((rival.pooled.completeness for rival in rivals), default=0.0)
+        competing = {
+            rival.label: value
+            for rival in rivals
+            if (value := self.value(rival.pooled)) is not None and (rival.pooled.completeness == top or not self.fair)
+        }
+        if len({self.text(value) for value in competing.values()}) < 2:
+            return frozenset()
+        text = self.text(self.choose(competing.values()))
+        return frozenset(label for label, value in competing.items() if self.text(value) == text)
+
+    def cell(self, result: MethodResult, best: frozenset[str]) -> str:
+        """The value, bold among the best, and its interval."""
+        shown = escape(self.text(self.value(result.pooled)))
+        shown = f"\\textbf{{{shown}}}" if result.label in best else shown
+        interval = self.interval(result.pooled.uncertainty)
+        if interval is None:
+            return shown
+        return f"{shown} {{\\scriptsize [{self.text(interval.low)}, {self.text(interval.high)}]}}"
+
+
+_COLUMNS = (
+    _Column(r"$C$ (\%)", lambda of: of.completeness, lambda sure: sure.completeness, _percent, max, fair=False),
+    _Column("$E$ (cm)", lambda of: of.position.precision_m, lambda sure: sure.precision_m, words.centimetres),
+    _Column("$e$ (cm)", lambda of: of.position.accuracy_m, lambda sure: sure.accuracy_m, words.centimetres),
+    _Column(r"$\Delta$ ($^\circ$)", lambda of: of.orientation.precision_rad, lambda sure: sure.precision_rad,
+            words.degrees),
+    _Column(r"$\delta$ ($^\circ$)", lambda of: of.orientation.accuracy_rad, lambda sure: sure.accuracy_rad,
+            words.degrees),
+    _Column("N-AUC", lambda of: of.n_auc.exact, lambda sure: sure.n_auc_exact, _area, max, fair=False),
+    _Column("N-AUC$_{15}$", lambda of: of.n_auc.published, lambda _: None, _area, max, fair=False),
+)  # fmt: skip
+
+
+def _method_row(result: MethodResult, best: Sequence[frozenset[str]]) -> str:
+    pooled = result.pooled
+    name = f"\\emph{{{escape(result.label)}}}" if result.is_reference else escape(result.label)
+    if pooled.missing_runs:
+        name += f" ({pooled.runs} of {pooled.planned_runs} runs)"
+    cells = [column.cell(result, labels) for column, labels in zip(_COLUMNS, best, strict=True)]
+    failures = ", ".join(f"{count} {words.outcome(kind)}" for kind, count in pooled.failures_by_kind.items())
+    return _row([name, *cells, escape(failures) or "none", escape(words.plain(pooled.real_time_factor, 1))])
+
+
+def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bool) -> str:
+    head = ["mode", "method", *(str(goal + 1) for goal in goals), *(["mean"] if with_mean else [])]
+    lines = [f"\\begin{{tabular}}{{ll{'r' * (len(head) - 2)}}}", r"\toprule", _row(head)]
+    for mode in results.modes:
+        ranked = [
+            (run, result.is_reference)
+            for result in results.in_mode(mode)
+            for run in result.runs
+            if run.metrics.scenario == scenario
+        ]
+        if not ranked:
+            continue
+        lines.append(r"\midrule")
+        best = {
+            goal: _least(_precision(_at(run, goal)) for run, reference in ranked if not reference) for goal in goals
+        }
+        seeds = len({run.metrics.seed for run, _ in ranked}) > 1
+        for index, (run, reference) in enumerate(ranked):
+            name = f"{run.label}, seed {run.metrics.seed}" if seeds else run.label
+            cells = [_waypoint_cell(_at(run, goal), None if reference else best[goal]) for goal in goals]
+            mean = [_mean_cell(run)] if with_mean else []
+            lines.append(_row([words.mode(mode) if index == 0 else "", escape(name), *cells, *mean]))
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+
+
+def _at(run: Run, goal: int) -> WaypointMetrics | None:
+    return next((waypoint for waypoint in run.metrics.waypoints if waypoint.goal == goal), None)
+
+
+def _precision(waypoint: WaypointMetrics | None) -> float | None:
+    """E of a complete waypoint."""
+    return waypoint.position.precision_m if waypoint is not None and waypoint.complete else None
+
+
+def _waypoint_cell(waypoint: WaypointMetrics | None, best: float | None) -> str:
+    precision = _precision(waypoint)
+    if waypoint is None or precision is None:
+        return "--"
+    text = words.centimetres(precision)
+    text = f"\\textbf{{{text}}}" if best is not None and text == words.centimetres(best) else text
+    return f"{text} ({escape(words.degrees(waypoint.orientation.precision_rad))})"
+
+
+def _mean_cell(run: Run) -> str:
+    metrics = run.metrics
+    if metrics.position.precision_m is None:
+        return "--"
+    degrees = escape(words.degrees(metrics.orientation.precision_rad))
+    text = f"{words.centimetres(metrics.position.precision_m)} ({degrees})"
+    return text if metrics.complete_waypoints == metrics.planned_waypoints else f"\\underline{{{text}}}"
+
+
+def _explanation(results: Results) -> str:
+    rounds = ", ".join(map(str, results.rounds))
+    level = results.pooled[0].pooled.uncertainty.level
+    return "\n".join(
+        (
+            f"% Needs \\usepackage{{booktabs}}. Scenarios: {escape(', '.join(results.scenarios))}; rounds: {rounds}.",
+            "% C: complete waypoints over planned ones. E, Delta: mean distance and angle of arrivals to their mean;",
+            "% e, delta: to the goal; means over waypoints reached in every round. N-AUC: exact integral of the",
+            "% cumulative curve of E over 0-120 cm; N-AUC_15: by trapezoids over 0, 15, ..., 120 cm as published, at",
+            f"% most 0.9375. In brackets: {100 * level:g} \\% intervals. Bold: the best; in E to delta among the most",
+            "% complete methods. Italic: a reference, told the truth. RTF: simulated time over wall time.",
+        )
+    )
+
+
+def _row(cells: Iterable[str]) -> str:
+    return " & ".join(cells) + r" \\"
+
+
+def _least(values: Iterable[float | None]) -> float | None:
+    return min((value for value in values if value is not None and math.isfinite(value)), default=None)
