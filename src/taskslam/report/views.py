@@ -11,7 +11,6 @@ from markupsafe import Markup
 
 from taskslam.errors import FloorPlanError
 from taskslam.evaluation import RunMetrics, WaypointMetrics
-from taskslam.evaluation.metrics_file import Failure
 from taskslam.evaluation.pooled import pool
 from taskslam.geometry import SE2
 from taskslam.record import Manifest, RunRecord
@@ -19,7 +18,7 @@ from taskslam.report import words
 from taskslam.report.arrivals_figure import arrivals_figures
 from taskslam.report.curve_figure import Curve, curve_figure, enlarged_limit
 from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
-from taskslam.report.failure_figure import failure_figure
+from taskslam.report.failure_marks import FailurePlace
 from taskslam.report.failures import FailureView, failure_views
 from taskslam.report.markers import Style, marker_icon
 from taskslam.report.tour_figure import tour_figure
@@ -117,7 +116,6 @@ class ScenarioView:
     curves: tuple[CurvePanel, ...]
     failures: tuple[tuple[RunView, FailureView], ...]
     waypoints_plan: Markup
-    failure_plan: Markup | None
     configurations: int
 
     @property
@@ -162,7 +160,7 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
 def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
     """The runs of one scenario.
 
-    in_suite: best runs first, one curve figure a mode, with markers, and the failures on a floor plan.
+    in_suite: best runs first, and one curve figure a mode, with markers.
     """
     runs = sorted(runs, key=lambda run: run.rank) if in_suite else runs
     first = runs[0].manifest
@@ -174,8 +172,9 @@ def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
         runs=tuple(runs),
         curves=_curves_by_mode(runs) if in_suite else _curves(runs),
         failures=failures,
-        waypoints_plan=waypoints_figure(plan, first.start, first.goals, _always_reached(runs), _anchor(runs)),
-        failure_plan=_failure_plan(runs, plan, [view.failure for _, view in failures]) if in_suite else None,
+        waypoints_plan=waypoints_figure(
+            plan, first.start, first.goals, _always_reached(runs), _failure_places(failures), _anchor(runs)
+        ),
         configurations=len({run.manifest.scenario_hash for run in runs}),
     )
 
@@ -230,12 +229,13 @@ def _anchor(runs: Sequence[RunView]) -> str:
     return f"scenario-of-{runs[0].anchor}"
 
 
-def _failure_plan(runs: Sequence[RunView], plan: FloorPlan | None, failures: Sequence[Failure]) -> Markup | None:
-    """All failures on one plan; None if none has a known place."""
-    places = [(number, SE2(*at.truth)) for number, at in enumerate(failures, start=1) if at.truth is not None]
-    if not places:
-        return None
-    return failure_figure(plan, runs[0].manifest.start, runs[0].manifest.goals, places)
+def _failure_places(failures: Sequence[tuple[RunView, FailureView]]) -> list[FailurePlace]:
+    """Failures with a known place, numbered as in the list of all."""
+    return [
+        FailurePlace(number, SE2(*view.failure.truth), run.style.key, run.metrics.mode)
+        for number, (run, view) in enumerate(failures, start=1)
+        if view.failure.truth is not None
+    ]
 
 
 def _floor_plan(directory: Path) -> FloorPlan | None:

@@ -1,4 +1,4 @@
-"""The floor plan with the goals of a scenario alone: each a link, under which a script shows the rounds of all runs."""
+"""The floor plan of a scenario: its goals, each a link under which a script shows the rounds, and every failure."""
 
 from __future__ import annotations
 
@@ -8,17 +8,23 @@ import numpy as np
 from markupsafe import Markup
 
 from taskslam.geometry import SE2
+from taskslam.report.failure_marks import FailurePlace, draw_failures
 from taskslam.report.plan_drawing import begin_plan, draw_start, draw_waypoint, plan_view
 from taskslam.world import FloorPlan
 
 
 def waypoints_figure(
-    plan: FloorPlan | None, start: SE2 | None, goals: Sequence[SE2], complete: Sequence[bool], anchor: str
+    plan: FloorPlan | None,
+    start: SE2 | None,
+    goals: Sequence[SE2],
+    complete: Sequence[bool],
+    failures: Sequence[FailurePlace],
+    anchor: str,
 ) -> Markup:
-    """Draw the goals; complete: whether every run of the scenario reached it every time; anchor: of the scenario."""
-    points = [np.array([[pose.x, pose.y] for pose in (*goals, *((start,) if start else ()))])]
-    view = plan_view(plan, points)
-    svg = begin_plan(plan, view, f"Floor plan with {len(goals)} waypoints")
+    """Draw it. complete: whether every run of the scenario reached a goal every time; anchor: of the scenario."""
+    poses = [*goals, *((start,) if start else ()), *(failure.at for failure in failures)]
+    view = plan_view(plan, [np.array([[pose.x, pose.y] for pose in poses])])
+    svg = begin_plan(plan, view, f"Floor plan with {len(goals)} waypoints and {len(failures)} failures")
     if start is not None:
         draw_start(svg, start, view)
     for index, (goal, always) in enumerate(zip(goals, complete, strict=True)):
@@ -33,4 +39,5 @@ def waypoints_figure(
             x, y = view(np.array([[goal.x, goal.y]]))[0]
             svg.circle(float(x), float(y), 22, fill="transparent")  # a target that a finger can hit
             draw_waypoint(svg, goal, str(index + 1), always, view)
+    draw_failures(svg, failures, view)
     return svg.markup()

@@ -20,6 +20,7 @@ _OUTCOMES = {
     "stalled": "the method hung",
     "lost": "the method lost itself",
     "invalid_output": "the method gave an invalid pose",
+    "unrecorded": "not reached, nobody recorded why",
 }
 
 

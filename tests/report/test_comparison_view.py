@@ -1,0 +1,49 @@
+import pytest
+
+from taskslam.evaluation import read_runs
+from taskslam.report.comparison_view import comparison_views
+from taskslam.report.markers import method_styles
+from taskslam.report.views import run_view
+
+
+@pytest.fixture
+def views(make_run, tmp_path):
+    """Three methods, one of them far less repeatable, in one mode."""
+    for name, spread in (("close", 0.001), ("far", 0.1), ("further", 0.11)):
+        make_run(name, method=name, rounds=8, spread=spread)
+    read, _ = read_runs([tmp_path / "results"])
+    styles = method_styles([record.manifest.method for record, _ in read])
+    return comparison_views(
+        [
+            run_view("r", record.manifest.method, record, metrics, styles[record.manifest.method])
+            for record, metrics in read
+        ]
+    )
+
+
+def test_the_matrix_reads_row_over_column(views):
+    (view,) = views.values()
+    cells = {
+        (row.name, other.name): cell for row in view.rows for other, cell in zip(view.rows, row.cells, strict=True)
+    }
+    assert cells["close", "far"].kind == "better"
+    assert cells["far", "close"].kind == "worse"
+    assert cells["far", "further"].kind == "open"
+    assert cells["close", "close"].ratio is None
+    assert cells["close", "far"].ratio < 0.1
+    assert cells["close", "far"].ratio * cells["far", "close"].ratio == pytest.approx(1.0)
+
+
+def test_the_clearest_pairs_come_first_and_are_counted(views):
+    (view,) = views.values()
+    assert [pair.told_apart for pair in view.pairs] == [True, True, False]
+    assert view.apart == 2
+    assert sorted(view.beaten_by("close")) == ["far", "further"]
+    assert view.beaten_by("far") == []
+
+
+def test_one_method_alone_is_compared_with_nobody(make_run, tmp_path):
+    make_run()
+    ((record, metrics),), _ = read_runs([tmp_path / "results"])
+    style = method_styles(["karto"])["karto"]
+    assert comparison_views([run_view("r", "karto", record, metrics, style)]) == {}
