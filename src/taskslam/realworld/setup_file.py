@@ -22,6 +22,9 @@ from taskslam.realworld.tag_plane import tag_square
 
 _LARGEST = 1 << 20  # bytes of a setup file
 
+LOOKING_UP = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+"""T_body_optical of a camera that looks up, the top of its image forward."""
+
 Metres = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
 Degrees = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Side = Annotated[float, Field(gt=0.005, le=5, allow_inf_nan=False)]
@@ -90,10 +93,23 @@ class OverheadCamera(CameraSource):
     place: Place | None = None
 
 
-class UpwardCamera(CameraSource):
-    """A camera on the robot, looking up. mount: of the camera on the base; heading: where its image's top points."""
+class CameraMount(Place):
+    """Where a camera that looks up sits on the base; heading: where its image's top points; z: m above the base."""
 
-    mount: Place = Place()
+    z: Metres = 0.0
+
+    @property
+    def T_base_camera(self) -> FloatArray:  # noqa: N802 the frames' names
+        """(4, 4) pose of the optical frame in the base: z up, -y to where the image's top points."""
+        T = self.pose.matrix() @ LOOKING_UP
+        T[2, 3] = self.z
+        return np.asarray(T)
+
+
+class UpwardCamera(CameraSource):
+    """A camera on the robot, looking up."""
+
+    mount: CameraMount = CameraMount()
 
 
 class RobotTag(_Part):
@@ -116,7 +132,7 @@ class BundleTag(_Part):
 
     @property
     def corners(self) -> FloatArray:
-        """(4, 2) TL, TR, BR, BL in the bundle's frame, m: x to the sheet's top, y to its right, z up, away from the robot."""
+        """(4, 2) TL, TR, BR, BL in the bundle's frame, m: x to the sheet's top, y to its right, z up."""
         angle = -np.radians(self.heading)
         c, s = np.cos(angle), np.sin(angle)
         square = tag_square(self.size, from_above=False)

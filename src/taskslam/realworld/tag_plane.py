@@ -145,7 +145,7 @@ def _reprojection(
 def _filled(normal: FloatArray) -> FloatArray:
     """The identity where a matrix is not finite or nearly singular, so that one lost tag does not end the batch."""
     bad: BoolArray = ~np.isfinite(normal).all(axis=(1, 2))
-    bad[~bad] = np.linalg.cond(normal[~bad]) > 1e15
+    bad[~bad] = np.asarray(np.linalg.cond(normal[~bad])) > 1e15
     return np.where(bad[:, None, None], np.eye(3), normal)
 
 

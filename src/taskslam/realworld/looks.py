@@ -1,0 +1,128 @@
+"""Looking through the images of a camera once: which wanted tags are in which image, in the order of time.
+
+Where the tags were found in one image, the next is first searched around those places alone, which is several times
+faster; every so often, and whenever one is missing there, the whole image is searched, so that nothing stays hidden.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from taskslam.errors import DetectorError, InputError
+from taskslam.geometry import FloatArray
+from taskslam.measurements import NANOSECONDS
+from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.detector import Detector, Tag
+from taskslam.realworld.images import GreyImage, list_images, read_grey
+
+_STAMP = re.compile(r"(\d{1,11})(?:[._](\d{1,9}))?\Z")
+_WHOLE_EVERY = 10  # images: a second tag of the same id is seen at the latest then
+_AROUND = 0.75  # tag sides searched on each side of the last place
+_AROUND_PX = 40
+_TILE = 8  # px: the crop starts on the detector's own grid
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """An image file and its stamp, ns since 1970 by the camera's clock."""
+
+    stamp: int
+    path: Path
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """What one image showed. tags: those of the wanted ids, two of one id included.
+
+    problem: why it could not be looked at.
+    """
+
+    frame: Frame
+    tags: tuple[Tag, ...]
+    problem: str | None = None
+
+    def corners(self) -> dict[int, FloatArray]:
+        """Corners (4, 2) by id of the tags that are there once."""
+        ids = [tag.id for tag in self.tags]
+        return {tag.id: tag.corners for tag in self.tags if ids.count(tag.id) == 1}
+
+
+def image_frames(folder: Path) -> list[Frame]:
+    """Images of a folder by time, whatever the order of their names. A name ends in Unix seconds: `1716393934.25.jpg`.
+
+    Raises:
+        InputError: no such folder, no image in it, or a name without a stamp.
+    """
+    frames = []
+    for path in list_images(folder):
+        found = _STAMP.search(path.stem)
+        if found is None:
+            raise InputError(
+                f"{path}: the name ends in no time; expected Unix seconds such as 1716393934.25{path.suffix}"
+            )
+        seconds, fraction = found.group(1), found.group(2) or ""
+        frames.append(Frame(int(seconds) * NANOSECONDS + int(f"{fraction:0<9}"), path))
+    if not frames:
+        raise InputError(f"{folder}: holds no image; expected those of one camera, named by their time")
+    return sorted(frames, key=lambda frame: (frame.stamp, frame.path.name))
+
+
+def look_through(
+    frames: Sequence[Frame],
+    camera: Camera,
+    detector: Detector,
+    ids: Iterable[int],
+    progress: Callable[[int], None] | None = None,
+) -> list[Look]:
+    """Look for tags of some ids in images of one camera, one image in memory at a time.
+
+    An image that is broken, or over which the detector dies, is a `Look` with a problem.
+
+    Raises:
+        CameraError: an image of another size than was calibrated.
+        InputError: every image is broken.
+    """
+    wanted = frozenset(ids)
+    looks: list[Look] = []
+    for number, frame in enumerate(frames):
+        last = looks[-1] if looks and number % _WHOLE_EVERY else None
+        looks.append(_look(frame, camera, detector, wanted, last))
+        if progress is not None:
+            progress(number + 1)
+    if all(look.problem for look in looks):
+        raise InputError(f"{frames[0].path.parent}: no image could be read; the first: {looks[0].problem}")
+    return looks
+
+
+def _look(frame: Frame, camera: Camera, detector: Detector, wanted: frozenset[int], last: Look | None) -> Look:
+    try:
+        image = read_grey(frame.path)
+    except InputError as error:
+        return Look(frame, (), str(error))
+    camera.check_size(image, str(frame.path))
+    try:
+        if last is not None and last.tags:
+            near = _search_near(image, detector, last.tags, frame.path.name)
+            if [tag.id for tag in near] == [tag.id for tag in last.tags]:
+                return Look(frame, tuple(near))
+        return Look(frame, tuple(tag for tag in detector.detect(image, frame.path.name) if tag.id in wanted))
+    except DetectorError as error:
+        return Look(frame, (), str(error))
+
+
+def _search_near(image: GreyImage, detector: Detector, tags: Sequence[Tag], name: str) -> list[Tag]:
+    """Tags with the ids of `tags` in the part of the image around them."""
+    corners = np.concatenate([tag.corners for tag in tags])
+    side = max(float(np.ptp(tag.corners, axis=0).max()) for tag in tags)
+    around = max(_AROUND * side, _AROUND_PX)
+    left, top = np.maximum(corners.min(axis=0) - around, 0).astype(int) // _TILE * _TILE
+    right, bottom = np.ceil(corners.max(axis=0) + around).astype(int)
+    ids = {tag.id for tag in tags}
+    found = detector.detect(np.ascontiguousarray(image[top:bottom, left:right]), name)
+    shift = np.array([left, top], np.float64)
+    return [Tag(tag.id, tag.family, tag.hamming, tag.margin, tag.corners + shift) for tag in found if tag.id in ids]

@@ -1,0 +1,124 @@
+"""Outside-in: cameras over the waypoints look at the tag on the robot (paper, Sec. V)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from taskslam.geometry import SE2, FloatArray, wrap
+from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.fully_visible import MOST_RESIDUAL_PX, border_margin, why_cut
+from taskslam.realworld.looks import Look
+from taskslam.realworld.plane_calibration import PlaneCalibration, calibrate_plane
+from taskslam.realworld.setup_file import OverheadCamera, RobotTag
+from taskslam.realworld.sighting import Fault, NoSighting, Sighting, Station
+from taskslam.realworld.spatial_pose import both_poses, choose_pose
+from taskslam.realworld.tag_plane import PlanarFit, fit_in_plane, tag_square
+
+
+def focal_length(camera: Camera) -> float:
+    """One focal length, px, for both axes: their geometric mean."""
+    return float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+
+
+def overhead_station(
+    source: OverheadCamera, camera: Camera, looks: Sequence[Look], tag: RobotTag, published: bool = False
+) -> tuple[Station, PlaneCalibration | None]:
+    """The floor frame of one camera, calibrated on the tag wherever it was wholly seen, and the poses in it.
+
+    published: x, y and yaw of the tag in the camera's own frame instead, as the published evaluation has it (5.7); None
+    is the plane then, and where the tag was never seen.
+    """
+    corners: dict[int, FloatArray] = {}
+    refused: dict[int, NoSighting] = {}
+    for row, look in enumerate(looks):
+        found = _only_tag(look, camera, tag)
+        if isinstance(found, NoSighting):
+            refused[row] = found
+        else:
+            corners[row] = found
+    focal = focal_length(camera)
+    rays = {row: camera.undistort(at) for row, at in corners.items()}
+    plane, fits = None, None
+    place = {row: number for number, row in enumerate(rays)}
+    if rays and not published:
+        stack = np.array(list(rays.values()))
+        plane = calibrate_plane(stack, tag.size, focal, from_above=True)
+        fits = fit_in_plane(stack, tag_square(tag.size, from_above=True), plane.plane, focal)
+
+    def measure(row: int) -> Sighting | NoSighting:
+        if row in refused:
+            return refused[row]
+        margin = border_margin(corners[row], camera)
+        if plane is None or fits is None:
+            return _camera_frame(rays[row], tag, focal, margin)
+        sighting = _on_the_floor(fits, place[row], tag.mount.pose, margin)
+        if isinstance(sighting, NoSighting):
+            return sighting
+        heading = _heading_in_space(rays[row], tag, focal, plane)
+        return Sighting(sighting.pose, sighting.covariance, sighting.residual_px, margin, heading)
+
+    station = Station(
+        name=f"camera {source.name}",
+        goals=tuple(number - 1 for number in source.waypoints),
+        looks=looks,
+        camera=camera,
+        clock=source.name,
+        place=source.place.pose if source.place is not None else None,
+        measure=measure,
+    )
+    return station, plane
+
+
+def _only_tag(look: Look, camera: Camera, tag: RobotTag) -> FloatArray | NoSighting:
+    """Corners of the robot's tag, if it is in the image once and wholly."""
+    if look.problem is not None:
+        return NoSighting(Fault.PROBLEM, f"the image could not be used ({look.problem})")
+    if not look.tags:
+        return NoSighting(Fault.NO_TAG, f"tag {tag.id} was not found")
+    if len(look.tags) > 1:
+        return NoSighting(Fault.TWICE, f"tag {tag.id} was found {len(look.tags)} times")
+    cut = why_cut(look.tags[0].corners, camera, tag.family)
+    return NoSighting(Fault.CUT, f"tag {tag.id} is {cut}") if cut else look.tags[0].corners
+
+
+def _on_the_floor(fits: PlanarFit, row: int, mount: SE2, margin: float) -> Sighting | NoSighting:
+    residual = float(fits.residual_px[row])
+    if not residual < MOST_RESIDUAL_PX:
+        return NoSighting(Fault.RESIDUAL, f"no square on the floor fits the tag's corners ({residual:.2f} px off)")
+    pose, covariance = moved_base(SE2(*fits.poses[row].tolist()), fits.covariances[row], mount)
+    return Sighting(pose, covariance, residual, margin)
+
+
+def moved_base(tag: SE2, covariance: FloatArray, mount: SE2) -> tuple[SE2, FloatArray]:
+    """T_frame_base and its covariance from those of the tag: `T_frame_base = T_frame_tag @ T_base_tag^-1`."""
+    base = tag @ mount.inverse()
+    slope = np.eye(3)
+    slope[:2, 2] = tag.y - base.y, base.x - tag.x
+    return base, np.asarray(slope @ covariance @ slope.T)
+
+
+def _heading_in_space(rays: FloatArray, tag: RobotTag, focal: float, plane: PlaneCalibration) -> float | None:
+    """Heading of the base by the pose in space: less sure than the planar one, but blind to the robot's wobble."""
+    fits = both_poses(rays, tag_square(tag.size, from_above=False), focal)
+    if not fits:
+        return None
+    towards_top = choose_pose(fits, -plane.plane.up).T_camera_target[:3, 0]
+    x, y = plane.plane.T_camera_plane[:3, :2].T @ towards_top
+    return float(wrap(np.arctan2(y, x) - tag.mount.pose.theta))
+
+
+def _camera_frame(rays: FloatArray, tag: RobotTag, focal: float, margin: float) -> Sighting | NoSighting:
+    """The published way: translation and atan2(R10, R00) of the better pose in space, in the camera's frame."""
+    fits = both_poses(rays, tag_square(tag.size, from_above=False), focal)
+    if not fits:
+        return NoSighting(Fault.RESIDUAL, "the tag's corners give no pose")
+    T = fits[0].T_camera_target
+    return Sighting(SE2.from_matrix(T), planar_block(fits[0].covariance), fits[0].residual_px, margin)
+
+
+def planar_block(covariance: FloatArray) -> FloatArray:
+    """(3, 3) of x, y and rotation about z, out of the (6, 6) of rotation and translation."""
+    rows = [3, 4, 2]
+    return covariance[np.ix_(rows, rows)]
