@@ -21,6 +21,7 @@ class Outcome(StrEnum):
     HOST_FAILED = "host_failed"
     SIMULATOR_FAILED = "simulator_failed"
     DISK_FULL = "disk_full"
+    UNRECORDED = "unrecorded"
 
     @property
     def blames(self) -> str:
@@ -42,4 +43,5 @@ _BLAMES = {
     Outcome.HOST_FAILED: "infrastructure",
     Outcome.SIMULATOR_FAILED: "infrastructure",
     Outcome.DISK_FULL: "infrastructure",
+    Outcome.UNRECORDED: "nobody",  # imported results that do not say why
 }

@@ -14,6 +14,8 @@ from taskslam.cli import (
     evaluate_trajectories,
     export,
     figures,
+    import_trials,
+    lab,
     methods,
     replay,
     report,
@@ -35,10 +37,12 @@ app = typer.Typer(
 app.command("demo")(run.demo)
 app.command("run")(run.run)
 app.command("suite")(suite.suite)
+app.command("lab")(lab.lab)
 app.command("evaluate")(evaluate.evaluate)
 app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories)
 app.command("export")(export.export)
 app.command("replay")(replay.replay)
+app.command("import-trials")(import_trials.import_trials)
 app.command("report")(report.report)
 app.command("figures")(figures.figures)
 app.command("compare")(compare.compare)
