@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from taskslam.errors import RecordError
@@ -21,15 +21,16 @@ def evaluate_runs(paths: Sequence[Path], deviations: Deviations = NONE) -> Metri
     A run that cannot be read, or was left half-written, is named in `left_out` with the reason, and the rest is
     evaluated. Raises RecordError if a folder does not exist or holds no run at all.
     """
-    runs, left_out = read_runs(paths, deviations)
-    metrics = [metrics for _, metrics in runs]
+    left_out: list[LeftOut] = []
+    # Of ten thousand runs, the metrics fit into memory, the events do not: each record is let go at once.
+    metrics = [metrics for _, metrics in _each_run(paths, deviations, left_out)]
     groups = by_method(metrics)
     return MetricsFile(
         definitions="upstream" if deviations else "paper",
         deviations=names_of(deviations),
         runs=tuple(metrics),
         comparisons=tuple(found for metric in METRICS for found in compare_methods(groups, metric)),
-        left_out=left_out,
+        left_out=tuple(left_out),
     )
 
 
@@ -53,16 +54,25 @@ def read_runs(
     paths: Sequence[Path], deviations: Deviations = NONE
 ) -> tuple[list[tuple[RunRecord, RunMetrics]], tuple[LeftOut, ...]]:
     """Records and metrics of all finished runs, and what was left out; as `evaluate_runs`."""
+    left_out: list[LeftOut] = []
+    runs = list(_each_run(paths, deviations, left_out))
+    return runs, tuple(left_out)
+
+
+def _each_run(
+    paths: Sequence[Path], deviations: Deviations, left_out: list[LeftOut]
+) -> Iterator[tuple[RunRecord, RunMetrics]]:
+    """Record and metrics of one run after the other; what cannot be evaluated is added to `left_out`."""
     found, partial = _find(paths)
-    runs: list[tuple[RunRecord, RunMetrics]] = []
-    left_out = [LeftOut(directory=name, reason="half-written: stopped, or still under way") for name in partial]
+    left_out += [LeftOut(directory=name, reason="half-written: stopped, or still under way") for name in partial]
     for name in sorted(found):
         try:
             record = load_run(found[name])
-            runs.append((record, run_metrics(record, name, deviations)))
+            metrics = run_metrics(record, name, deviations)
         except RecordError as error:
             left_out.append(LeftOut(directory=name, reason=str(error)))
-    return runs, tuple(left_out)
+        else:
+            yield record, metrics
 
 
 def _find(paths: Sequence[Path]) -> tuple[dict[str, Path], list[str]]:

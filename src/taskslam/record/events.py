@@ -15,6 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, TypeAlias
 
+from pydantic_core import from_json
+
 from taskslam.errors import RecordError, did_you_mean
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
@@ -139,35 +141,28 @@ def encode_event(event: Event) -> str:
     return json.dumps(record, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
 
 
-def decode_event(line: str) -> Event:
+def decode_event(line: str | bytes) -> Event:
     """The event that `encode_event` wrote. Raises RecordError saying what was expected."""
     try:
-        record = json.loads(line, parse_constant=_no_constant)
+        # Three times as fast as the json module, and the time of an evaluation is spent here.
+        record = from_json(line, allow_inf_nan=False)
     except ValueError as error:
         raise RecordError(f"expected one JSON object, but {error}") from None
-    except RecursionError:
-        raise RecordError("expected one JSON object, found one nested too deeply") from None
     if not isinstance(record, dict):
         raise RecordError(f"expected one JSON object, found {type(record).__name__}")
     kind = record.pop("event", None)
     if not isinstance(kind, str) or kind not in EVENT_TYPES:
         hint = did_you_mean(str(kind), EVENT_TYPES)
         raise RecordError(f"unknown event {kind!r}; expected one of {', '.join(EVENT_TYPES)}.{hint}")
-    cls = EVENT_TYPES[kind]
-    names = {field.name for field in fields(cls)}
-    if record.keys() != names:
-        raise RecordError(f"event {kind}: expected the fields {sorted(names)}, found {sorted(record)}")
-    values = {}
+    cls, decoders = _PLANS[kind]
+    if record.keys() != decoders.keys():
+        raise RecordError(f"event {kind}: expected the fields {sorted(decoders)}, found {sorted(record)}")
     for name, value in record.items():
         try:
-            values[name] = _DECODERS[name](value)
+            record[name] = decoders[name](value)
         except (TypeError, ValueError) as error:
             raise RecordError(f"event {kind}: field '{name}': {error}") from None
-    return cls(**values)
-
-
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is not a number that a journal may hold")
+    return cls(**record)
 
 
 def _flag(value: object) -> bool:
@@ -177,6 +172,8 @@ def _flag(value: object) -> bool:
 
 
 def _count(value: object) -> int:
+    if type(value) is int and value >= 0:
+        return value
     if isinstance(value, bool):
         raise TypeError(f"expected an integer, found {value!r}")
     number = operator.index(value)  # type: ignore[arg-type]  # raises TypeError for floats and strings
@@ -207,6 +204,11 @@ def _optional_pose(pose: SE2 | None) -> list[float] | None:
 
 
 def _read_pose(value: object) -> SE2:
+    if type(value) is list and len(value) == 3:
+        x, y, theta = value
+        # Nearly every pose of a journal is three finite floats, whose sum is then finite too: the rest is looked at.
+        if type(x) is type(y) is type(theta) is float and math.isfinite(x + y + theta):
+            return SE2(x, y, theta)
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError(f"expected [x, y, theta], found {value!r}")
     for number in value:
@@ -234,4 +236,7 @@ _DECODERS: dict[str, Callable[[Any], Any]] = {
     **dict.fromkeys(_POSES, _read_optional_pose),
     "target": _read_pose,
     "outcome": Outcome,
+}
+_PLANS = {
+    kind: (cls, {field.name: _DECODERS[field.name] for field in fields(cls)}) for kind, cls in EVENT_TYPES.items()
 }

@@ -75,8 +75,8 @@ def read_journal(path: Path) -> Journal:
     events: list[Event] = []
     for number, line, whole in _lines(data):
         try:
-            events.append(decode_event(line.decode("utf-8")))
-        except (RecordError, UnicodeDecodeError) as error:
+            events.append(decode_event(line))
+        except RecordError as error:
             if not whole:
                 return Journal(tuple(events), truncated=True)
             raise RecordError(f"{path}, line {number}: {error}") from None

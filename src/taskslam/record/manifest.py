@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -55,15 +56,18 @@ class Manifest(_Part):
     """The content of run.json.
 
     source: where the record comes from: driven in the loop of our `simulation`, an open-loop `replay` of a dataset
-    (which has no goals), or an `import` of somebody else's results;
+    (which has no goals), `measured` on a robot with tags and cameras, or an `import` of somebody else's results;
     scenario: the whole configuration as used, and scenario_hash its content hash; rounds: those that count (M),
     without the priming round; latency: fixed, measured or zero (design D3); complete: every goal of every round was
     reached; failure: in a sentence, what ended the run early; simulated_s: simulated time of the whole run, wall_s:
     what that took on this machine, compute_s: the method's own share of it.
+    truth_frame: `map`, or `waypoint` if true poses are in a frame of each waypoint's own, whose place in `map` is not
+    known: then arrivals compare with one another, but not with the goal or with an estimate. unjudged: goals that leave
+    all denominators, with the reason, such as those that no camera watched.
     """
 
     format: Literal["taskslam-run/1"] = RUN_FORMAT
-    source: Literal["simulation", "replay", "import"] = "simulation"
+    source: Literal["simulation", "replay", "measured", "import"] = "simulation"
     scenario_name: str
     scenario: dict[str, Any]
     scenario_hash: str
@@ -83,6 +87,8 @@ class Manifest(_Part):
     compute_s: float = Field(default=0.0, ge=0)
     complete: bool
     failure: str | None = None
+    truth_frame: Literal["map", "waypoint"] = "map"
+    unjudged: dict[int, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _scenario_holds_a_sequence(self) -> Manifest:
@@ -96,13 +102,16 @@ class Manifest(_Part):
                 raise ValueError(f"scenario.sequence.path names row {row} of {len(sequence.waypoints)} waypoints")
         if not self.goals:
             raise ValueError("scenario.sequence holds no goal")
+        for goal in self.unjudged:
+            if not 0 <= goal < len(self.goals):
+                raise ValueError(f"unjudged names goal {goal} of {len(self.goals)}")
         return self
 
-    @property
+    @cached_property
     def _view(self) -> _Scenario:
         return _Scenario.model_validate(self.scenario)
 
-    @property
+    @cached_property
     def goals(self) -> tuple[SE2, ...]:
         """Every goal of the sequence in visiting order, in `map`; the first entry of a path is the start (1.1).
 
