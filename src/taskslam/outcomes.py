@@ -22,6 +22,7 @@ class Outcome(StrEnum):
     SIMULATOR_FAILED = "simulator_failed"
     DISK_FULL = "disk_full"
     UNRECORDED = "unrecorded"
+    NOT_SEEN = "not_seen"
 
     @property
     def blames(self) -> str:
@@ -43,5 +44,6 @@ _BLAMES = {
     Outcome.HOST_FAILED: "infrastructure",
     Outcome.SIMULATOR_FAILED: "infrastructure",
     Outcome.DISK_FULL: "infrastructure",
+    Outcome.NOT_SEEN: "method",  # it said that it had arrived, and no tag shows it there
     Outcome.UNRECORDED: "nobody",  # imported results that do not say why
 }

@@ -16,6 +16,7 @@ from taskslam.cli import (
     figures,
     import_trials,
     lab,
+    measure,
     methods,
     replay,
     report,
@@ -49,6 +50,7 @@ app.command("compare")(compare.compare)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")
 app.add_typer(tags.app, name="tags")
+app.add_typer(measure.app, name="measure")
 app.command("doctor")(doctor.doctor)
 
 

@@ -53,11 +53,11 @@ class ClockOffset:
         """Whether at least two arrivals match, more than half of them, and no other offset fits nearly as well."""
         return self.matched >= 2 and 2 * self.matched > self.arrivals and self.rival < RIVAL
 
-    @property
-    def zone_slip(self) -> float | None:
-        """Hours, if the offset is that of another time zone or of summer time; None if it is not."""
-        steps = round(self.offset / _ZONE_STEP)
-        return steps / 4 if steps and abs(self.offset - steps * _ZONE_STEP) <= _ZONE_SLACK else None
+
+def zone_slip(offset: float) -> float | None:
+    """Hours, if an offset (s) is that of another time zone or of summer time, to a minute; None if it is not."""
+    steps = round(offset / _ZONE_STEP)
+    return steps / 4 if steps and abs(offset - steps * _ZONE_STEP) <= _ZONE_SLACK else None
 
 
 def estimate_offset(groups: Sequence[tuple[Sequence[Interval], Sequence[Interval]]], given: float = 0.0) -> ClockOffset:

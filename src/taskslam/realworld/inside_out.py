@@ -1,8 +1,8 @@
 """Inside-out: a camera on the robot looks up at tags over the waypoints.
 
 The pose is that of the robot in the frame of the tags, not that of the tags in the robot's: with a tag 0.6 m off the
-optical axis, 5 degrees of heading from round to round would else pass for 3.8 cm of position (protocol 5.7). All tags of
-a bundle give one pose together (PnP), so that the robot may tilt.
+optical axis, 5 degrees of heading from round to round would else pass for 3.8 cm of position (protocol 5.7). All tags
+of a bundle give one pose together (PnP), so that the robot may tilt.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ def bundle_station(
     looks: all of the camera. published: x, y and yaw of the first tag in the camera's frame, as published (5.7).
     """
     layout = {tag.id: tag for tag in bundle.layout}
-    own = [Look(look.frame, tuple(tag for tag in look.tags if tag.id in layout), look.problem) for look in looks]
+    own = [
+        Look(look.frame, tuple(tag for tag in look.tags if tag.id in layout), look.problem, look.others)
+        for look in looks
+    ]
     focal = focal_length(camera)
     height = _level_height(own, layout, camera, focal) if len(layout) == 1 else None
 

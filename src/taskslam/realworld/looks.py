@@ -39,12 +39,13 @@ class Frame:
 class Look:
     """What one image showed. tags: those of the wanted ids, two of one id included.
 
-    problem: why it could not be looked at.
+    problem: why it could not be looked at. others: ids of other tags, where the whole image was searched.
     """
 
     frame: Frame
     tags: tuple[Tag, ...]
     problem: str | None = None
+    others: tuple[int, ...] = ()
 
     def corners(self) -> dict[int, FloatArray]:
         """Corners (4, 2) by id of the tags that are there once."""
@@ -110,7 +111,9 @@ def _look(frame: Frame, camera: Camera, detector: Detector, wanted: frozenset[in
             near = _search_near(image, detector, last.tags, frame.path.name)
             if [tag.id for tag in near] == [tag.id for tag in last.tags]:
                 return Look(frame, tuple(near))
-        return Look(frame, tuple(tag for tag in detector.detect(image, frame.path.name) if tag.id in wanted))
+        found = detector.detect(image, frame.path.name)
+        others = tuple(tag.id for tag in found if tag.id not in wanted)
+        return Look(frame, tuple(tag for tag in found if tag.id in wanted), others=others)
     except DetectorError as error:
         return Look(frame, (), str(error))
 

@@ -64,7 +64,6 @@ class RunSource(_Part):
     rounds: Annotated[int, Field(ge=1, le=1000)] | None = None
     time_zero: Seconds | None = None
     priming: bool | None = None
-    out: str | None = None
 
     @field_validator("arrivals", mode="before")
     @classmethod

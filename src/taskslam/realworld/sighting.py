@@ -1,7 +1,8 @@
 """One look at a station, measured: a pose in the station's own frame, or the reason why there is none.
 
 A station is what belongs to a waypoint and stays where it is: a camera over it, in whose floor frame poses are given,
-or a bundle of tags on the ceiling. The frame does not matter for precision; for accuracy its place in `map` must be known.
+or a bundle of tags on the ceiling. The frame does not matter for precision; for accuracy its place in `map` must be
+known.
 """
 
 from __future__ import annotations

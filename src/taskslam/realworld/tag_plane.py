@@ -14,16 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from taskslam.geometry import FloatArray, wrap
-
-BoolArray = npt.NDArray[np.bool_]
 
 CORNER_NOISE_PX = 0.05
 """Standard deviation per coordinate of a corner that is assumed at least: the detector's own is 0.03 to 0.1 px."""
 
 _STEPS = 3
+_SINGULAR = 1e15
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +142,10 @@ def _reprojection(
 
 def _filled(normal: FloatArray) -> FloatArray:
     """The identity where a matrix is not finite or nearly singular, so that one lost tag does not end the batch."""
-    bad: BoolArray = ~np.isfinite(normal).all(axis=(1, 2))
-    bad[~bad] = np.asarray(np.linalg.cond(normal[~bad])) > 1e15
-    return np.where(bad[:, None, None], np.eye(3), normal)
+    finite = np.isfinite(normal).all(axis=(1, 2))
+    tame = np.where(finite[:, None, None], normal, np.eye(3))
+    good = finite & np.less(np.linalg.cond(tame), _SINGULAR)
+    return np.where(np.reshape(good, (-1, 1, 1)), tame, np.eye(3))
 
 
 def _mean_side(rays: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ _OUTCOMES = {
     "stalled": "the method hung",
     "lost": "the method lost itself",
     "invalid_output": "the method gave an invalid pose",
+    "not_seen": "not where it said it was",
     "unrecorded": "not reached, nobody recorded why",
 }
 
