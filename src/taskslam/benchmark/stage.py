@@ -37,14 +37,15 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
     """
     robot = load_robot(scenario.robot)
     observer.stage("loading the world")
-    world = _world(scenario, world_paths)
+    world = load_scenario_world(scenario, world_paths)
     observer.stage("preparing the floor plan")
     plan = _plan(scenario, world)
     check_scenario(scenario, plan, world, robot)
     return Stage(scenario, world, plan, robot)
 
 
-def _world(scenario: Scenario, world_paths: Sequence[Path]) -> World:
+def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path]) -> World:
+    """The world of a scenario, its floor at z = 0. Raises WorldError."""
     source = scenario.world
     if source.name is not None:
         return load_world(source.name).lowered(source.floor_height)

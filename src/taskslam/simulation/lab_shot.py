@@ -21,14 +21,11 @@ _PAPER_LEVEL = 0.93  # of full scale, at most: a tag's white must not clip
 class Development:
     """What happens to the light on its way to the file.
 
-    softness: sigma, px, of the Gaussian point-spread function of lens and focus; noise: read noise, grey levels of 255;
-    quality: of the JPEG, 1 to 100, or None for no loss; vignetting: (H, W) share of the light that reaches each pixel;
-    gain: on roots of light, 1.0 is full scale.
+    noise: read noise, grey levels of 255; vignetting: (H, W) share of the light that reaches each pixel; gain: on roots
+    of light, 1.0 is full scale.
     """
 
-    softness: float
     noise: float
-    quality: int | None
     vignetting: npt.NDArray[np.float32]
     gain: float
 
@@ -45,7 +42,10 @@ def gain_for(radiance: npt.NDArray[np.float32], light: float, exposure: float) -
 def soften(
     radiance: npt.NDArray[np.float32], softness: float, box: tuple[slice, slice], softened: npt.NDArray[np.float32]
 ) -> npt.NDArray[np.float32]:
-    """`softened`, the picture of before, with the changed `box` of `radiance` blurred into it; both linear (H, W)."""
+    """`softened`, the picture of before, with the changed `box` of `radiance` blurred into it; both linear (H, W).
+
+    softness: sigma, px, of the Gaussian point-spread function of lens and focus.
+    """
     if softness <= 0:
         return radiance
     out = softened.copy()
