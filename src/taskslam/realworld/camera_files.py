@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ FloatArray = npt.NDArray[np.float64]
 ImageKind = Literal["raw", "rectified"]
 
 _LARGEST_FILE = 1 << 20
+_KALIBR_NAME = re.compile(r"cam[0-9]+")
 _KALIBR_MODELS = {"radtan": DistortionModel.PLUMB_BOB, "equidistant": DistortionModel.EQUIDISTANT}
 
 
@@ -31,7 +33,7 @@ def load_camera(path: Path, image_kind: ImageKind = "raw", name: str | None = No
         CameraError: unreadable, no calibration, singular, or without a projection matrix where one is needed.
     """
     content = _read_yaml(path)
-    if any(str(key).startswith("cam") and isinstance(value, dict) for key, value in content.items()):
+    if any(_KALIBR_NAME.fullmatch(str(key)) for key in content):
         chain = _kalibr_chain(path, content)
         if image_kind == "rectified":
             raise CameraError(f"{path}: a Kalibr camchain describes raw images; expected a ROS camera_info file")
@@ -137,7 +139,7 @@ def _kalibr_chain(path: Path, content: dict[str, Any]) -> dict[str, tuple[Camera
     """Kalibr's yaml formats: cam0, cam1 ..., each after the first with T_cn_cnm1 from the camera before it."""
     chain: dict[str, tuple[Camera, FloatArray]] = {}
     T_camera_first = np.eye(4)
-    for name in sorted((str(key) for key in content if str(key).startswith("cam")), key=lambda n: (len(n), n)):
+    for name in sorted((str(key) for key in content if _KALIBR_NAME.fullmatch(str(key))), key=lambda n: (len(n), n)):
         entry = content[name]
         if not isinstance(entry, dict):
             raise CameraError(f"{path}: {name} is not a camera of a Kalibr camchain")

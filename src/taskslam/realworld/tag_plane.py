@@ -142,10 +142,10 @@ def _reprojection(
 
 def _filled(normal: FloatArray) -> FloatArray:
     """The identity where a matrix is not finite or nearly singular, so that one lost tag does not end the batch."""
-    finite = np.isfinite(normal).all(axis=(1, 2))
+    finite = np.asarray(np.isfinite(normal).all(axis=(1, 2)))
     tame = np.where(finite[:, None, None], normal, np.eye(3))
-    good = finite & np.less(np.linalg.cond(tame), _SINGULAR)
-    return np.where(np.reshape(good, (-1, 1, 1)), tame, np.eye(3))
+    good = finite & (np.asarray(np.linalg.cond(tame)) < _SINGULAR)
+    return np.where(good[:, None, None], tame, np.eye(3))
 
 
 def _mean_side(rays: FloatArray) -> FloatArray:
