@@ -110,7 +110,7 @@ def _foreign_errors(where: object, what: str) -> Iterator[None]:
     """One sentence for whatever a library raises on damaged bytes: struct, sqlite, lz4, YAML and its own errors."""
     try:
         yield
-    except (TaskSlamError, MemoryError):
+    except TaskSlamError:
         raise
     except Exception as error:
         detail = " ".join(str(error).split())[:200]

@@ -20,6 +20,7 @@ from taskslam.openloop.rectification import DISTORTION_MODELS, CameraCalibration
 from taskslam.robot import Imu, Lidar2D, Lidar3D
 
 _RANGES_3D = (0.5, 100.0)  # m
+_MOST_RINGS = 256
 _BASES = ("base_footprint", "base_link")
 
 
@@ -93,23 +94,27 @@ def lidar_2d(messages: list[Any], frames: Frames) -> Lidar2D:
 
 
 def lidar_3d(messages: list[Any], frames: Frames) -> Lidar3D:
-    """From the first clouds: rings and elevations as they are seen in the first one."""
-    cloud = ros_decoding.point_cloud(messages[0])
-    if not len(cloud.points):
-        raise DatasetError("The first point cloud is empty: its LiDAR cannot be told; give --robot")
-    x, y, z = cloud.points.astype(np.float64).T
+    """From the first clouds. A ring may see nothing there, so their number is the next power of two, as LiDARs have."""
+    clouds = [ros_decoding.point_cloud(message) for message in messages]
+    if not any(len(cloud.points) for cloud in clouds):
+        raise DatasetError("The first point clouds are empty, so their LiDAR cannot be told: give --robot")
+    rings = 1 + max(int(cloud.ring.max()) for cloud in clouds if len(cloud.ring))
+    if rings > _MOST_RINGS:
+        raise DatasetError(f"A point cloud with ring {rings - 1}; expected less than {_MOST_RINGS}")
+    points = np.concatenate([cloud.points for cloud in clouds])
+    x, y, z = points.astype(np.float64).T
     elevation = np.arctan2(z, np.hypot(x, y))
     return Lidar3D(
         mount=mount_of(frames.T_base(messages[0].header.frame_id)),
         rate=rate_of(messages),
-        rings=int(cloud.ring.max()) + 1,
-        samples=max(2, int(np.bincount(cloud.ring).max())),
+        rings=1 << (rings - 1).bit_length(),
+        samples=max(2, *(int(np.bincount(cloud.ring, minlength=1).max()) for cloud in clouds)),
         elevation_min=float(elevation.min()),
         elevation_max=float(elevation.max()),
         range_min=_RANGES_3D[0],
         range_max=_RANGES_3D[1],
         noise=0.0,
-        rolling=bool(cloud.time_offset.any()),
+        rolling=any(bool(cloud.time_offset.any()) for cloud in clouds),
     )
 
 
