@@ -54,3 +54,24 @@ def test_the_main_sensor_is_what_a_method_sees_with(sensors, main):
 
 def test_a_sensor_that_nobody_knows_keeps_its_name():
     assert [cards.sensor_name("laser_scan"), cards.sensor_name("sonar")] == ["2D LiDAR", "sonar"]
+
+
+@pytest.mark.parametrize("wrong", [7, "<b>", {"a": 1}, None, [None, 3], True])
+def test_a_card_that_holds_anything_is_still_told(wrong):
+    card = dict.fromkeys(
+        (
+            "sensors",
+            "kind",
+            "licence",
+            "map_mode",
+            "latency",
+            "deterministic",
+            "odometry_prior",
+            "needs_still_start",
+            "limits",
+        ),
+        wrong,
+    )
+    for tell in (cards.sensor_suite, cards.main_sensor, cards.kind, cards.map_mode, cards.latency):
+        assert isinstance(tell(card), str)
+    assert all(isinstance(limit, str) for limit in cards.known_limits(card))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from taskslam.report.words import DASH
@@ -22,13 +22,12 @@ _MAPS = {"continue": "keeps mapping", "frozen": "frozen map", "none": "no map"}
 
 def sensor_suite(card: Mapping[str, Any]) -> str:
     """The sensors that a method listens to."""
-    sensors = card.get("sensors") or ()
-    return " + ".join(_SENSORS.get(str(name), str(name)) for name in sensors) or DASH
+    return " + ".join(_SENSORS.get(str(name), str(name)) for name in _list(card, "sensors")) or DASH
 
 
 def main_sensor(card: Mapping[str, Any]) -> str:
     """The sensor that a method sees with, as cards name it; empty if the card names none."""
-    sensors = card.get("sensors") or ()
+    sensors = _list(card, "sensors")
     return next((name for name in _MAIN_SENSORS if name in sensors), "")
 
 
@@ -76,11 +75,18 @@ def known_limits(card: Mapping[str, Any]) -> list[str]:
         limits.append("not deterministic")
     if card.get("odometry_prior"):
         limits.append("uses wheel odometry as prior")
-    if card.get("needs_still_start"):
-        limits.append(f"stands still {card['needs_still_start']:g} s first")
+    still = card.get("needs_still_start")
+    if isinstance(still, int | float) and still > 0:
+        limits.append(f"stands still {still:g} s first")
     if _is_gpl(str(card.get("licence", ""))):
         limits.append("GPL")
-    return [*limits, *(str(limit) for limit in card.get("limits") or ())]
+    return [*limits, *(str(limit) for limit in _list(card, "limits"))]
+
+
+def _list(card: Mapping[str, Any], field: str) -> Sequence[Any]:
+    """A list of the card; a manifest from elsewhere may hold anything there."""
+    value = card.get(field)
+    return value if isinstance(value, list | tuple) else ()
 
 
 def _is_gpl(licence: str) -> bool:

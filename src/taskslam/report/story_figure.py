@@ -65,7 +65,7 @@ def _view(where: SE2, failure: GoalFailed, story: Story, outside: dict[str, SE2]
     if failure.estimate is not None and "SLAM" not in outside:
         shown.append(failure.estimate)
     points = np.array([[pose.x, pose.y] for pose in shown])
-    path = story.path[:, :2]
+    path = np.concatenate([story.path[:, :2], story.believed[:, :2]])
     near = path[np.hypot(*(path - [where.x, where.y]).T) <= _NEAR] if len(path) else path
     points = np.concatenate([points, near])
     low, high = points.min(axis=0) - _MARGIN, points.max(axis=0) + _MARGIN

@@ -211,7 +211,7 @@ def _curves_by_mode(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
         for mode in MODES
     }
     D = runs[0].manifest.robot_diameter
-    limit = max(D, enlarged_limit([curve for curves in by_mode.values() for curve in curves], D))
+    limit = enlarged_limit([curve for curves in by_mode.values() for curve in curves], D)
     return tuple(
         CurvePanel(words.mode(mode).capitalize(), mode, curve_figure(curves, limit, D, (440.0, 310.0)))
         for mode, curves in by_mode.items()
