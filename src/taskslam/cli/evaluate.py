@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from taskslam.evaluation import MetricsFile, RunMetrics
 
+_FEW_RUNS, _MOST_RUNS = 40, 500  # shown by waypoint; shown at all
+
 
 def evaluate(
     directory: Annotated[Path, typer.Argument(help="A run directory, or a folder that holds some at any depth.")],
@@ -25,7 +27,10 @@ def evaluate(
             help="Compute as the published code does where it differs: all, or names of deviations (docs/metrics.md).",
         ),
     ] = "",
-    waypoints: Annotated[bool, typer.Option(help="Show every waypoint, or the summary alone.")] = True,
+    waypoints: Annotated[
+        bool | None,
+        typer.Option("--waypoints/--no-waypoints", help="Show every waypoint; left out, it is done for up to 40 runs."),
+    ] = None,
 ) -> None:
     """Evaluate finished runs: tables on the screen, metrics.json in DIRECTORY.
 
@@ -44,12 +49,14 @@ def evaluate(
     metrics = evaluate_runs([directory], parse_deviations(upstream_compat) if upstream_compat else NONE)
     path = write_metrics(directory, metrics)
     console = Console(highlight=False)
-    if waypoints:
+    if waypoints or (waypoints is None and len(metrics.runs) <= _FEW_RUNS):
         for run in metrics.runs:
             console.print(_waypoint_table(run))
             _print_failures(console, run)
             console.print()
-    if metrics.runs:
+    if len(metrics.runs) > _MOST_RUNS:
+        typer.echo(f"{len(metrics.runs):,} runs are too many for a table: they are in metrics.json.")
+    elif metrics.runs:
         _print_summary(console, metrics)
     for left in metrics.left_out:
         typer.echo(f"Left out {directory / left.directory}: {left.reason}", err=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from taskslam.errors import DiskFullError, RecordError
@@ -32,13 +32,17 @@ def writing(path: Path) -> Iterator[None]:
         raise
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write text (as UTF-8) or bytes, whole or not at all; an existing file is replaced. Raises DiskFullError."""
+def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
+    """Write text (as UTF-8) or bytes, whole or not at all; an existing file is replaced. Raises DiskFullError.
+
+    Text may come in pieces, which then need not be in memory together.
+    """
+    pieces = [content] if isinstance(content, str | bytes) else content
     temporary = path.with_name(f".{path.name}.partial")
     with writing(path):
         try:
             with temporary.open("wb") as file:
-                file.write(content.encode("utf-8") if isinstance(content, str) else content)
+                file.writelines(piece.encode("utf-8") if isinstance(piece, str) else piece for piece in pieces)
                 file.flush()
                 os.fsync(file.fileno())
             temporary.replace(path)
