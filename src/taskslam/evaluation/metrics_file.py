@@ -5,7 +5,9 @@ Positions are metres in `map`, angles radians, poses [x, y, theta].
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from textwrap import indent
 from typing import Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -285,8 +287,18 @@ class MetricsFile(_Part):
 def write_metrics(folder: Path, metrics: MetricsFile) -> Path:
     """Write metrics.json into a folder, whole or not at all; returns its path. Raises DiskFullError."""
     path = folder / METRICS_FILE
-    write_whole(path, metrics.model_dump_json(indent=2) + "\n")
+    write_whole(path, _pieces(metrics))
     return path
+
+
+def _pieces(metrics: MetricsFile) -> Iterator[str]:
+    """The same text as `model_dump_json(indent=2)`, a run at a time: of ten thousand it would be half a gigabyte."""
+    frame = metrics.model_copy(update={"runs": ()}).model_dump_json(indent=2)
+    before, empty, after = frame.partition('"runs": []')  # not within a string: there its quotes are escaped
+    yield before + ('"runs": [' if metrics.runs else empty)
+    for index, run in enumerate(metrics.runs):
+        yield ("," if index else "") + "\n" + indent(run.model_dump_json(indent=2), "    ")
+    yield ("\n  ]" if metrics.runs else "") + after + "\n"
 
 
 def read_metrics(path: Path) -> MetricsFile:

@@ -18,8 +18,8 @@ from taskslam.realworld.tag_family import CELLS, code_cells
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "Letter": (215.9, 279.4)}
 
-_EDGE = 5.0  # mm that many printers leave white
-_FOOTER = 25.0  # mm for text and ruler, and as much above for the mark of the top
+MARGIN = 5.0  # mm that many printers leave white
+FOOTER = 25.0  # mm for text and ruler, and as much above for the mark of the top
 _SMALLEST, _LARGEST = 5.0, 3000.0
 _MOST_IDS = 1000
 _CORNERS = ("top left", "top right", "bottom right", "bottom left")
@@ -51,7 +51,7 @@ class Sheet:
     @property
     def room(self) -> float:
         """Side (mm) of the square in the middle that text and ruler leave free."""
-        return min(self.area[0], self.area[1] - 2 * _FOOTER) - 2 * _EDGE
+        return min(self.area[0], self.area[1] - 2 * FOOTER) - 2 * MARGIN
 
     @property
     def middle(self) -> tuple[float, float]:
@@ -110,7 +110,7 @@ def tag_page(sheet: Sheet, family: str, tag_id: int, size: float, mark: str = "T
     _tag(page, family, tag_id, size, middle)
     _mark(page, middle[0], middle[1] - size / 2 * _outline(family) - 2, mark)
     _centre_ticks(page, middle, size, family)
-    _footer(page, sheet, [f"{family}  id {tag_id}  {size:g} mm", note or _PRINTING.format(size=f"{size:g}")])
+    draw_footer(page, sheet.area, [f"{family}  id {tag_id}  {size:g} mm", note or _PRINTING.format(size=f"{size:g}")])
     return page
 
 
@@ -174,7 +174,7 @@ def bundle_pages(sheet: Sheet, family: str, ids: Sequence[int], size: float, spa
         _mark(page, middle[0], middle[1] - spacing / 2 - size / 2 * _outline(family) - 2, "TOP")
         page.line([(middle[0] - 3, middle[1]), (middle[0] + 3, middle[1])], 0.2)
         page.line([(middle[0], middle[1] - 3), (middle[0], middle[1] + 3)], 0.2)
-        _footer(page, sheet, [title, _PRINTING.format(size=f"{size:g}")])
+        draw_footer(page, sheet.area, [title, _PRINTING.format(size=f"{size:g}")])
         return [page]
     pages = [_plan(sheet, family, ids, size, spacing, title)]
     for tag_id, corner in zip(ids, _CORNERS, strict=True):
@@ -243,12 +243,13 @@ def _centre_ticks(page: Page, middle: tuple[float, float], size: float, family: 
     page.line([(x, y + reach), (x, y + reach + 3)], 0.2)
 
 
-def _footer(page: Page, sheet: Sheet, lines: Sequence[str]) -> None:
-    left, _, bottom = _frame(sheet)
-    x = left + _EDGE + 2
-    room = sheet.area[0] - 2 * (_EDGE + 2)
+def draw_footer(page: Page, area: tuple[float, float], lines: Sequence[str]) -> None:
+    """Two lines of text and a ruler of 100 mm, or as much as fits, at the bottom of an area in the page's middle."""
+    x = (page.width - area[0]) / 2 + MARGIN + 2
+    bottom = (page.height + area[1]) / 2
+    room = area[0] - 2 * (MARGIN + 2)
     length = min(100, math.floor((room - 1) / 10) * 10)
-    y = bottom - _EDGE - 3
+    y = bottom - MARGIN - 3
     page.text(x, y - 15, lines[0], _fit(lines[0], room, 4.2), bold=True)
     page.text(x, y - 10.5, lines[1], _fit(lines[1], room, 2.9))
     page.line([(x, y), (x + length, y)], 0.25)
@@ -281,7 +282,9 @@ def _plan(sheet: Sheet, family: str, ids: Sequence[int], size: float, spacing: f
     page.text(x - half + 2, y, f"{spacing:g} mm", 4)
     page.text(x + 4, y - 2, f"{spacing * math.sqrt(2):.0f} mm", 4)
     _mark(page, x, y - half - edge - 2, "TOP")
-    _footer(
-        page, sheet, [title, "Plan, not to scale: mount the tags in one plane, centres as far apart as written here."]
+    draw_footer(
+        page,
+        sheet.area,
+        [title, "Plan, not to scale: mount the tags in one plane, centres as far apart as written here."],
     )
     return page
