@@ -14,7 +14,10 @@ from taskslam.realworld.plane_calibration import PlaneCalibration, calibrate_pla
 from taskslam.realworld.setup_file import OverheadCamera, RobotTag
 from taskslam.realworld.sighting import Fault, NoSighting, Sighting, Station
 from taskslam.realworld.spatial_pose import both_poses, choose_pose
-from taskslam.realworld.tag_plane import PlanarFit, fit_in_plane, tag_square
+from taskslam.realworld.tag_plane import PlanarFit, TagPlane, fit_in_plane, tag_square
+
+LARGE_TAG_PX = 60.0
+"""Side from which on a tag's heading is taken from its pose in space."""
 
 
 def focal_length(camera: Camera) -> float:
@@ -53,11 +56,7 @@ def overhead_station(
         margin = border_margin(corners[row], camera)
         if plane is None or fits is None:
             return _camera_frame(rays[row], tag, focal, margin)
-        sighting = _on_the_floor(fits, place[row], tag.mount.pose, margin)
-        if isinstance(sighting, NoSighting):
-            return sighting
-        heading = _heading_in_space(rays[row], tag, focal, plane)
-        return Sighting(sighting.pose, sighting.covariance, sighting.residual_px, margin, heading)
+        return _on_the_floor(fits, place[row], rays[row], tag, plane.plane, focal, margin)
 
     station = Station(
         name=f"camera {source.name}",
@@ -83,12 +82,31 @@ def _only_tag(look: Look, camera: Camera, tag: RobotTag) -> FloatArray | NoSight
     return NoSighting(Fault.CUT, f"tag {tag.id} is {cut}") if cut else look.tags[0].corners
 
 
-def _on_the_floor(fits: PlanarFit, row: int, mount: SE2, margin: float) -> Sighting | NoSighting:
+def _on_the_floor(
+    fits: PlanarFit, row: int, rays: FloatArray, tag: RobotTag, plane: TagPlane, focal: float, margin: float
+) -> Sighting | NoSighting:
+    """Position by the known plane; so is the heading of a small tag, while a large one gives it better in space.
+
+    A tilt of the robot turns the square that is fitted in the plane, by a few tenths of the tilt; in space it does not.
+    """
     residual = float(fits.residual_px[row])
     if not residual < MOST_RESIDUAL_PX:
         return NoSighting(Fault.RESIDUAL, f"no square on the floor fits the tag's corners ({residual:.2f} px off)")
-    pose, covariance = moved_base(SE2(*fits.poses[row].tolist()), fits.covariances[row], mount)
-    return Sighting(pose, covariance, residual, margin)
+    x, y, theta = fits.poses[row].tolist()
+    covariance, other = fits.covariances[row], None
+    spatial = both_poses(rays, tag_square(tag.size, from_above=False), focal)
+    if spatial:
+        fit = choose_pose(spatial, -plane.up)
+        along, across = plane.T_camera_plane[:3, :2].T @ fit.T_camera_target[:3, 0]
+        other = float(np.arctan2(across, along))
+        if fits.side_px[row] >= LARGE_TAG_PX:
+            theta, other = other, theta
+            covariance = covariance.copy()
+            covariance[2, :2] = covariance[:2, 2] = 0.0
+            covariance[2, 2] = plane.up @ fit.covariance[:3, :3] @ plane.up
+    pose, covariance = moved_base(SE2(x, y, theta), covariance, tag.mount.pose)
+    base_heading = None if other is None else float(wrap(other - tag.mount.pose.theta))
+    return Sighting(pose, covariance, residual, margin, base_heading)
 
 
 def moved_base(tag: SE2, covariance: FloatArray, mount: SE2) -> tuple[SE2, FloatArray]:
@@ -97,16 +115,6 @@ def moved_base(tag: SE2, covariance: FloatArray, mount: SE2) -> tuple[SE2, Float
     slope = np.eye(3)
     slope[:2, 2] = tag.y - base.y, base.x - tag.x
     return base, np.asarray(slope @ covariance @ slope.T)
-
-
-def _heading_in_space(rays: FloatArray, tag: RobotTag, focal: float, plane: PlaneCalibration) -> float | None:
-    """Heading of the base by the pose in space: less sure than the planar one, but blind to the robot's wobble."""
-    fits = both_poses(rays, tag_square(tag.size, from_above=False), focal)
-    if not fits:
-        return None
-    towards_top = choose_pose(fits, -plane.plane.up).T_camera_target[:3, 0]
-    x, y = plane.plane.T_camera_plane[:3, :2].T @ towards_top
-    return float(wrap(np.arctan2(y, x) - tag.mount.pose.theta))
 
 
 def _camera_frame(rays: FloatArray, tag: RobotTag, focal: float, margin: float) -> Sighting | NoSighting:
