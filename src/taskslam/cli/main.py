@@ -8,6 +8,7 @@ import typer
 
 from taskslam import __version__
 from taskslam.cli import (
+    camera,
     compare,
     doctor,
     evaluate,
@@ -50,6 +51,7 @@ app.command("compare")(compare.compare)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")
 app.add_typer(tags.app, name="tags")
+app.add_typer(camera.app, name="camera")
 app.add_typer(measure.app, name="measure")
 app.command("doctor")(doctor.doctor)
 

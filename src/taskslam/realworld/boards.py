@@ -29,7 +29,14 @@ _GAP_CELLS = 2  # between the tags of a grid: both white margins
 _FEWEST_CORNERS = 6
 _INSIDE_PX = 5.0  # a tag nearer to the image's edge may be cut
 
-Found = tuple[FloatArray, FloatArray]
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Corners of a board. points: (N, 3) on it, m; pixels: (N, 2); outward: (N, 2), see `calibration.View`."""
+
+    points: FloatArray
+    pixels: FloatArray
+    outward: FloatArray
 
 
 class Board(Protocol):
@@ -187,17 +194,18 @@ class BoardFinder:
             self._tags.close()
 
     def find(self, image: npt.NDArray[np.uint8], name: str = "image") -> Found | None:
-        """Corners on the board (N, 3), m, and in the image (N, 2), px; None where too few are seen to be of use.
+        """The corners in an image; None where too few are seen to be of use.
 
         Raises:
             DetectorError: the tag detector died over the image.
         """
         if isinstance(self._board, AprilGrid):
-            return _usable(*self._find_tags(image, name, self._board))
+            return _usable(self._find_tags(image, name, self._board))
         corners, ids, _, _ = self._charuco.detectBoard(image)
         if ids is None:
             return None
-        return _usable(self._points[ids.ravel()], np.asarray(corners, np.float64).reshape(-1, 2))
+        pixels = np.asarray(corners, np.float64).reshape(-1, 2)
+        return _usable(Found(self._points[ids.ravel()], pixels, np.zeros_like(pixels)))
 
     def _find_tags(self, image: npt.NDArray[np.uint8], name: str, board: AprilGrid) -> Found:
         assert self._tags is not None
@@ -209,15 +217,26 @@ class BoardFinder:
         ]
         once = [tag for tag in tags if sum(other.id == tag.id for other in tags) == 1]
         points = [board.corners(tag.id) for tag in once]
-        return np.array(points).reshape(-1, 3), np.array([tag.corners for tag in once]).reshape(-1, 2)
+        pixels = np.array([tag.corners for tag in once]).reshape(-1, 4, 2)
+        return Found(np.array(points).reshape(-1, 3), pixels.reshape(-1, 2), _outward(pixels).reshape(-1, 2))
 
 
-def _usable(points: FloatArray, pixels: FloatArray) -> Found | None:
+def _outward(corners: FloatArray) -> FloatArray:
+    """(N, 4, 2) where the corners TL, TR, BR, BL of N squares move if all four edges move outwards by one pixel."""
+    after = np.roll(corners, -1, axis=1) - corners
+    after /= np.linalg.norm(after, axis=2, keepdims=True)
+    normal_after = np.stack([after[..., 1], -after[..., 0]], axis=2)  # the interior lies to the right of each edge
+    normal_before = np.roll(normal_after, 1, axis=1)
+    along = 1 + (normal_after * normal_before).sum(2, keepdims=True)
+    return np.asarray((normal_after + normal_before) / along)
+
+
+def _usable(found: Found) -> Found | None:
     """Not with few corners, nor with all on one line of the board."""
-    if len(points) < _FEWEST_CORNERS or not np.isfinite(pixels).all():
+    if len(found.points) < _FEWEST_CORNERS or not np.isfinite(found.pixels).all():
         return None
-    spread = np.linalg.svd(points[:, :2] - points[:, :2].mean(0), compute_uv=False)
-    return None if spread[1] < 0.1 * spread[0] else (points, pixels)
+    spread = np.linalg.svd(found.points[:, :2] - found.points[:, :2].mean(0), compute_uv=False)
+    return None if spread[1] < 0.1 * spread[0] else found
 
 
 def _turned(paper: tuple[float, float], wide: bool) -> tuple[float, float]:

@@ -8,7 +8,7 @@ larger of that and of the one that comes from leaving out each view in turn (`ca
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,15 +25,22 @@ GOOD_RMS_PX = 0.5
 _MOST_LEFT_OUT = 1 / 3
 _OUTLYING = 3.0  # times the spread of the other views' errors above their median
 _NEVER_OUTLYING = 1.5  # times the median
+_ALWAYS_GOOD_PX = 0.1
+_SPREAD_TURNS, _SPREAD_FOUND_PX = 6, 0.002
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The board in one picture. points: (N, 3) on the board, m; pixels: (N, 2); thumbnail: a small JPEG, or empty."""
+    """The board in one picture.
+
+    points: (N, 3) on the board, m; pixels: (N, 2); outward: (N, 2) how far a corner moves, px, where the edges that
+    meet in it lie one pixel further out, zero for corners between squares; thumbnail: a small JPEG, or empty.
+    """
 
     name: str
     points: FloatArray
     pixels: FloatArray
+    outward: FloatArray
     thumbnail: bytes = b""
 
 
@@ -63,11 +70,16 @@ class FittedView:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A camera, how surely it is known, and from what. views: used ones and those that were left out, by name."""
+    """A camera, how surely it is known, and from what.
+
+    views: used ones and those that were left out, by name. spread: how far outside their places the edges of tags were
+    seen, px; a camera's tone curve makes white spread into black (negative), ink the other way.
+    """
 
     camera: Camera
     uncertainty: Uncertainty
     views: tuple[FittedView, ...]
+    spread: float = 0.0
 
     @property
     def used(self) -> tuple[FittedView, ...]:
@@ -109,9 +121,9 @@ def calibrate(
     """
     if len(views) < FEWEST_VIEWS:
         raise CameraError(f"{len(views)} views with a board; expected at least {FEWEST_VIEWS}, better 20 to 40")
-    used = list(views)
+    used, spread = list(views), 0.0
     while True:
-        camera, fitted = _solve(used, size, name, model)
+        camera, fitted, spread = _fit_with_spread(used, size, name, model, spread)
         worst = _outlier(fitted)
         if worst is None:
             break
@@ -121,18 +133,34 @@ def calibrate(
                 f"more than a third of the {len(views)} views disagree with the rest, last {worst.view.name} by "
                 f"{worst.rms:.1f} px; expected one stiff board, a fixed focus and images of one camera"
             )
-    doubt = uncertainty(camera, [(f.view.points, f.T_camera_board, f.errors) for f in fitted])
-    others = [replace(_locate(camera, view), used=False) for view in views if all(view is not u for u in used)]
-    every = {id(f.view): f for f in (*fitted, *others)}
-    return Calibration(camera, doubt, tuple(every[id(view)] for view in views))
+    doubt = uncertainty(camera, [(f.view.points, f.view.outward, f.T_camera_board, f.errors) for f in fitted])
+    out = [view for view in views if all(view is not kept for kept in used)]
+    every = {id(f.view): f for f in (*fitted, *(_locate(camera, view, spread) for view in out))}
+    return Calibration(camera, doubt, tuple(every[id(view)] for view in views), spread)
+
+
+def _fit_with_spread(
+    views: Sequence[View], size: tuple[int, int], name: str, model: DistortionModel, spread: float
+) -> tuple[Camera, list[FittedView], float]:
+    """A fit, and how far the edges of tags lie outside, found in turns: neither can stand in for the other."""
+    weight = sum(float((view.outward**2).sum()) for view in views)
+    for _ in range(_SPREAD_TURNS):
+        camera, fitted = _solve(views, size, name, model, spread)
+        if weight == 0:
+            break
+        more = sum(float((f.errors * f.view.outward).sum()) for f in fitted) / weight
+        spread += more
+        if abs(more) < _SPREAD_FOUND_PX:
+            break
+    return camera, fitted, spread
 
 
 def _solve(
-    views: Sequence[View], size: tuple[int, int], name: str, model: DistortionModel
+    views: Sequence[View], size: tuple[int, int], name: str, model: DistortionModel, spread: float
 ) -> tuple[Camera, list[FittedView]]:
     cv2 = load_opencv()
     try:
-        K, distortion, rotations, translations = _opencv_calibrate(cv2, views, size, model)
+        K, distortion, rotations, translations = _opencv_calibrate(cv2, views, size, model, spread)
         camera = Camera(name, *size, K, distortion, model)
     except cv2.error as error:
         raise CameraError(f"the {len(views)} views determine no {model} camera; expected tilted views") from error
@@ -145,13 +173,15 @@ def _solve(
     for view, rotation, translation in zip(views, rotations, translations, strict=True):
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = cv2.Rodrigues(np.asarray(rotation))[0], np.asarray(translation).ravel()
-        fitted.append(FittedView(view, T, _errors(camera, view, T)))
+        fitted.append(FittedView(view, T, _errors(camera, view, T, spread)))
     return camera, fitted
 
 
-def _opencv_calibrate(cv2: Any, views: Sequence[View], size: tuple[int, int], model: DistortionModel) -> Any:
+def _opencv_calibrate(
+    cv2: Any, views: Sequence[View], size: tuple[int, int], model: DistortionModel, spread: float
+) -> Any:
     points = [np.asarray(view.points, np.float32) for view in views]
-    pixels = [np.asarray(view.pixels, np.float32) for view in views]
+    pixels = [np.asarray(view.pixels - spread * view.outward, np.float32) for view in views]
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-10)
     if model is DistortionModel.EQUIDISTANT:
         flags = cv2.fisheye.CALIB_RECOMPUTE_EXTRINSIC | cv2.fisheye.CALIB_FIX_SKEW
@@ -174,10 +204,10 @@ def _opencv_calibrate(cv2: Any, views: Sequence[View], size: tuple[int, int], mo
     return K, D.ravel()[:count], rotations, translations
 
 
-def _errors(camera: Camera, view: View, T_camera_board: FloatArray) -> FloatArray:
+def _errors(camera: Camera, view: View, T_camera_board: FloatArray, spread: float) -> FloatArray:
     expected = camera.project(view.points @ T_camera_board[:3, :3].T + T_camera_board[:3, 3])
     # Where the model folds back there is no expectation: as wrong as an image is wide.
-    return np.asarray(np.nan_to_num(view.pixels - expected, nan=float(camera.width)))
+    return np.asarray(np.nan_to_num(view.pixels - spread * view.outward - expected, nan=float(camera.width)))
 
 
 def _outlier(fitted: Sequence[FittedView]) -> FittedView | None:
@@ -186,17 +216,17 @@ def _outlier(fitted: Sequence[FittedView]) -> FittedView | None:
     rest = np.array([f.rms for f in fitted if f is not worst])
     middle = float(np.median(rest))
     spread = 1.4826 * float(np.median(np.abs(rest - middle)))
-    if worst.rms > max(middle + _OUTLYING * spread, _NEVER_OUTLYING * middle, 0.05):
+    if worst.rms > max(middle + _OUTLYING * spread, _NEVER_OUTLYING * middle, _ALWAYS_GOOD_PX):
         return worst
     return None
 
 
-def _locate(camera: Camera, view: View) -> FittedView:
+def _locate(camera: Camera, view: View, spread: float) -> FittedView:
     """Where the board is in a view that the calibration does not rest on."""
     from taskslam.realworld.spatial_pose import both_poses
 
-    rays = camera.undistort(view.pixels)
+    rays = camera.undistort(view.pixels - spread * view.outward)
     seen = np.isfinite(rays).all(1)
     fits = both_poses(rays[seen], view.points[seen, :2], float(camera.K[0, 0])) if seen.sum() >= 4 else []
     T = fits[0].T_camera_target if fits else np.eye(4)
-    return FittedView(view, T, _errors(camera, view, T))
+    return FittedView(view, T, _errors(camera, view, T, spread), used=False)

@@ -20,7 +20,7 @@ _NAMES = {
     DistortionModel.EQUIDISTANT: ("k1", "k2", "k3", "k4"),
 }
 
-BoardSeen = tuple[FloatArray, FloatArray, FloatArray]
+BoardSeen = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,19 +40,20 @@ def parameter_names(model: DistortionModel) -> tuple[str, ...]:
 
 
 def uncertainty(camera: Camera, views: Sequence[BoardSeen]) -> Uncertainty:
-    """From the residuals of a fit. views: points (N, 3), T_camera_board (4, 4) and errors (N, 2) px of each.
+    """From the residuals of a fit. views: points (N, 3), outward (N, 2), T_camera_board (4, 4) and errors (N, 2) px.
 
     The larger of two covariances: of independent corner errors (inverse normal matrix times the residual variance), and
     of errors that go together within a view (jackknife over views in closed form: Bell and McCaffrey 2002, "CR3").
     """
     slopes, errors = [], []
     count = len(parameter_names(camera.model))
-    for points, T, error in views:
+    for points, outward, T, error in views:
         by_camera, by_pose = _slopes(camera, points, T)
+        by_camera = np.column_stack([by_camera, outward.ravel()])  # the spread of edges is estimated, too
         basis = np.linalg.qr(by_pose)[0]
         slopes.append(by_camera - basis @ (basis.T @ by_camera))  # what no motion of the board can undo
         errors.append(error.ravel())
-    inverse = np.linalg.pinv(sum((M.T @ M for M in slopes), np.zeros((count, count))))
+    inverse = np.linalg.pinv(sum((M.T @ M for M in slopes), np.zeros((count + 1, count + 1))), hermitian=True)
     spare = max(1, sum(e.size for e in errors) - count - 6 * len(views))
     independent = inverse * sum(float(e @ e) for e in errors) / spare
     shifts = []
@@ -60,6 +61,7 @@ def uncertainty(camera: Camera, views: Sequence[BoardSeen]) -> Uncertainty:
         leverage = np.eye(len(e)) - M @ inverse @ M.T
         shifts.append(inverse @ M.T @ np.linalg.lstsq(leverage, e, rcond=None)[0])
     jackknife = np.array(shifts).T @ np.array(shifts) * (len(views) - 1) / len(views)
+    independent, jackknife = independent[:count, :count], jackknife[:count, :count]
 
     deviations = np.sqrt(np.maximum(np.diag(independent), np.diag(jackknife)))
     spread = _over_the_image(camera)

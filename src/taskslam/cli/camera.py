@@ -1,0 +1,91 @@
+"""`taskslam camera`: print a board, calibrate a camera, record at a waypoint."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Cameras: calibrate one, and record the arrivals that it sees.", no_args_is_help=True)
+
+
+@app.command()
+def board(
+    kind: Annotated[str, typer.Option(help="charuco (better) or aprilgrid.")] = "charuco",
+    grid: Annotated[str, typer.Option(metavar="COLUMNSxROWS", help="Squares or tags.")] = "8x6",
+    size: Annotated[
+        float | None, typer.Option(metavar="MM", help="Side of a square or tag; by default the largest that fits.")
+    ] = None,
+    paper: Annotated[str, typer.Option(help="A4, A3, Letter or WIDTHxHEIGHT in mm.")] = "A4",
+    out: Annotated[Path, typer.Option("--out", "-o", help="The PDF to write.")] = Path("board.pdf"),
+) -> None:
+    """Write a calibration board as a vector PDF in exact millimetres.
+
+    Example: `taskslam camera board --paper A3 --out board.pdf`
+    """
+    from taskslam.errors import InputError
+    from taskslam.realworld.boards import board_page, largest_board, parse_board
+    from taskslam.realworld.pdf import write_pdf
+    from taskslam.realworld.tag_sheets import paper_size
+    from taskslam.record.files import write_whole
+
+    columns, _, rows = grid.lower().partition("x")
+    if not (columns.isdecimal() and rows.isdecimal() and len(grid) < 9):
+        raise InputError(f"--grid {grid}: expected COLUMNSxROWS, such as 8x6")
+    sheet = paper_size(paper)
+    made = parse_board(f"{kind}:{grid}:{size:g}") if size else largest_board(kind, int(columns), int(rows), sheet)
+    write_whole(out, write_pdf([board_page(made, sheet)], f"Calibration board {made.spec}"))
+    typer.echo(f"{out}: {made.spec}; print at 100 %, then: taskslam camera calibrate IMAGES --board {made.spec}")
+
+
+@app.command()
+def calibrate(
+    images: Annotated[
+        list[Path], typer.Argument(metavar="IMAGES|VIDEO", help="Pictures, folders of pictures, or videos.")
+    ],
+    board: Annotated[str, typer.Option(help="The board, as its footer says: charuco:8x6:29 or aprilgrid:5x4:36 (mm).")],
+    model: Annotated[
+        str, typer.Option(help="plumb_bob, rational_polynomial (wide angle) or equidistant (fisheye).")
+    ] = "plumb_bob",
+    name: Annotated[str, typer.Option(help="The camera's name.")] = "camera",
+    out: Annotated[Path, typer.Option("--out", "-o", help="The ROS camera_info YAML to write.")] = Path("camera.yaml"),
+    page: Annotated[Path | None, typer.Option(help="The page with pictures; by default beside the YAML file.")] = None,
+) -> None:
+    """Calibrate a camera from views of a board: ROS camera_info YAML, and a page that shows how good it is.
+
+    Fix focus and resolution first. Show the board in 20 to 40 pictures: near, at every edge of the image, tilted by 20
+    to 40° in all directions, standing still. Views that disagree with the rest are left out and named.
+
+    Example: `taskslam camera calibrate pictures/ --board charuco:8x6:29 --name east --out east.yaml`
+    """
+    from taskslam.errors import InputError, did_you_mean
+    from taskslam.realworld.boards import parse_board
+    from taskslam.realworld.calibration import calibrate as solve
+    from taskslam.realworld.calibration_guidance import guidance
+    from taskslam.realworld.calibration_images import collect_views
+    from taskslam.realworld.camera_files import save_camera
+    from taskslam.realworld.camera_model import DistortionModel
+    from taskslam.report.calibration_page import write_calibration_page
+
+    if model not in list(DistortionModel):
+        known = ", ".join(DistortionModel)
+        raise InputError(f"--model {model}: expected {known}.{did_you_mean(model, DistortionModel)}")
+    seen = parse_board(board)
+    collected = collect_views(images, seen)
+    for refused, reason in collected.refused:
+        typer.echo(f"not used  {refused}: {reason}", err=True)
+    result = solve(collected.views, collected.size, name, DistortionModel(model))
+    for fitted in result.dropped:
+        typer.echo(f"left out  {fitted.view.name}: {fitted.rms:.2f} px, disagrees with the rest", err=True)
+    save_camera(out, result.camera)
+    page = page or out.with_suffix(".html")
+    write_calibration_page(result, collected.refused, seen.spec, str(out), page)
+    width, height = collected.size
+    typer.echo(f"{name}: {width} x {height} px, {len(result.used)} views, reprojection error {result.rms:.3f} px")
+    for parameter, value, deviation in result.parameters:
+        digits = 2 if parameter[0] in "fc" else 5
+        typer.echo(f"  {parameter:<3} {value:>10.{digits}f} ± {deviation:.{digits}f}")
+    for sentence in guidance(result):
+        typer.echo(f"  ! {sentence}")
+    typer.echo(f"{out}, {page}")

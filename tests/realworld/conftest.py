@@ -1,0 +1,60 @@
+"""Photographs of printed cells, exact to the lens: what a test can hold measured corners against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from taskslam.realworld.camera_model import Camera
+from taskslam.simulation.lab_image import SAMPLES, Cards, draw, sheet
+from taskslam.simulation.lab_lens import Backdrop, pixel_corners
+
+Photograph = Callable[..., np.ndarray]
+_RIM = 4  # cells of white paper around what is printed
+
+
+@cache
+def _lens(camera: Camera) -> np.ndarray:
+    corners = pixel_corners(camera.width, camera.height)
+    return camera.undistort(corners.reshape(-1, 2)).reshape(corners.shape)
+
+
+def _photograph(
+    camera: Camera,
+    cells: np.ndarray,
+    cell: float,
+    T_camera_board: np.ndarray,
+    *,
+    softness: float = 0.7,
+    noise: float = 2.0,
+    seed: int = 0,
+) -> np.ndarray:
+    """Grey image of cells (rows, columns; True white) of side `cell`, m, on a white card.
+
+    T_camera_board: from the frame of the board: origin at the first cell's outer corner, x right, y down.
+    """
+    rows, columns = cells.shape
+    side = max(rows, columns)
+    square = np.ones((side, side), bool)
+    square[:rows, :columns] = cells
+    T_board_card = np.eye(4)
+    T_board_card[:3, :3] = np.array([[0, -1, 0], [-1, 0, 0], [0, 0, -1]])  # x to the top, y to the left, z out of it
+    T_board_card[:2, 3] = side * cell / 2
+    poses = np.broadcast_to(T_camera_board @ T_board_card, (SAMPLES, 1, 4, 4))
+    cards = Cards(sheet(square, _RIM)[None], (side + 2 * _RIM) * cell, np.ascontiguousarray(poses))
+    shape = camera.height, camera.width
+    empty = Backdrop(np.full(shape, 0.25, np.float32), np.full(shape, np.inf, np.float32))
+    light, _ = draw(empty, _lens(camera), 1.0, cards, None)
+    soft = gaussian_filter(light, softness) if softness else light
+    grey = 235 * np.sqrt(soft) + np.random.default_rng(seed).normal(0, noise, shape)
+    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="session")
+def photograph() -> Photograph:
+    """`photograph(camera, cells, cell, T_camera_board, softness=0.7, noise=2.0, seed=0)`."""
+    return _photograph
