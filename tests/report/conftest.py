@@ -27,6 +27,7 @@ def write_run(
     mode="without-map",
     rounds=3,
     failed=False,
+    failed_goal=2,
     truth=True,
     plan=True,
     title="Test house",
@@ -35,7 +36,11 @@ def write_run(
     card=(),
     **manifest,
 ):
-    """A synthetic run. spread: of the arrivals, metres; card, manifest: what they hold beside the usual."""
+    """A synthetic run.
+
+    failed: the last round fails at failed_goal; spread: of the arrivals, metres; card, manifest: what they hold beside
+    the usual.
+    """
     rng = np.random.default_rng(5)
     with RunWriter(directory) as run:
         if plan:
@@ -51,7 +56,7 @@ def write_run(
                     at = SE2(target.x - 1 + step / 30, target.y, target.theta)
                     run.pose("truth", number, t, at)
                     run.pose("estimate", number, t, SE2(at.x + 0.01, at.y, at.theta))
-                if failed and number == rounds - 1 and goal == len(GOALS) - 1:
+                if failed and number == rounds - 1 and goal == failed_goal:
                     outcome = Outcome.NO_PLAN
                     run.event(GoalFailed(t, number, goal, target, outcome, "<b>no plan</b> & so", at, at, at))
                     break

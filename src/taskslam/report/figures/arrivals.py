@@ -52,7 +52,7 @@ def arrivals_figure(
 ) -> Figure:  # fmt: skip
     """Draw all waypoints of a run. rounds: numbers of the rounds that count, as in arrivals; colour: the method's."""
     panels = [_panel(waypoint) for waypoint in waypoints]
-    zooms = sorted(panel.zoom for panel in panels)
+    zooms = sorted(panel.zoom for panel in panels if panel.truths) or [_zoom(tolerance.position_m)]
     common = zooms[math.ceil(0.75 * len(zooms)) - 1]  # one scale for most of them; wider ones zoom out
     across = int((WIDTHS[width] + _GAP - 2 * _EDGE) / (_SIDE + _GAP))
     step = (WIDTHS[width] - 2 * _EDGE - _SIDE) / (across - 1)
@@ -80,8 +80,12 @@ def _panel(waypoint: WaypointMetrics) -> _Panel:
         centre = T_goal_map @ SE2(*waypoint.mean_pose)
         mean = (centre.x, centre.y)
     reach = max((math.hypot(pose.x - mean[0], pose.y - mean[1]) for _, pose in truths), default=0.0)
-    zoom = next((index for index, (half, _) in enumerate(_ZOOMS) if 1.25 * reach <= half), len(_ZOOMS) - 1)
-    return _Panel(waypoint, truths, mean, zoom)
+    return _Panel(waypoint, truths, mean, _zoom(reach))
+
+
+def _zoom(reach: float) -> int:
+    """Index of the closest zoom that shows so many metres about its middle."""
+    return next((index for index, (half, _) in enumerate(_ZOOMS) if 1.25 * reach <= half), len(_ZOOMS) - 1)
 
 
 def _draw_panel(axes: Axes, panel: _Panel, zoom: int, tolerance: GoalTolerance, shades: dict[int, str]) -> None:
@@ -147,7 +151,9 @@ def _draw_goal(axes: Axes, size: float) -> None:
 
 def _draw_head(figure: Figure, title: str, shades: dict[int, str]) -> None:
     height = figure.get_size_inches()[1]
-    figure.text(_EDGE / figure.get_size_inches()[0], 1 - 0.04 / height, title, va="top", fontweight="bold")
+    figure.text(
+        _EDGE / figure.get_size_inches()[0], 1 - 0.04 / height, title, va="top", fontweight="bold", parse_math=False
+    )
     first, *_, last = [*shades.values(), *shades.values()]
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markeredgewidth": 0}
     handles = [Line2D([], [], color=first, label="first round", **dot), Line2D([], [], color=last, label="last", **dot)]

@@ -11,12 +11,14 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 
 from taskslam.report import palette
+from taskslam.report.figures.lettering import fitting_names
 from taskslam.report.figures.style import NORMAL, add_axes, marker_style
 from taskslam.report.markers import Style
 
 _NAME, _BAR, _GAP = 0.115, 0.095, 0.045  # in: heights of a line with a name, of one with a bar, and below a row
 _THICK = 0.055  # in
 _HEAD = 0.17  # in: above the first row
+_INDENT = 0.13  # in: right of a marker
 _NUMBER = 0.33  # in: right of the bars
 LIGHT, DARK = 0.35, 1.0  # how solid a bar is
 
@@ -33,12 +35,13 @@ class Bar:
 
 @dataclass(frozen=True)
 class Row:
-    """One method. filled: as its marker is."""
+    """One method. tag: its number on the figure, or nothing; filled: as its marker is."""
 
     name: str
     style: Style
     filled: bool
     bars: tuple[Bar, ...]
+    tag: str = ""
 
     @property
     def height(self) -> float:
@@ -77,17 +80,18 @@ def draw_rows(
     axes.set_ylim(height, 0)
     axes.text(0, 0.1, heading, fontsize=NORMAL)
     y, full = _HEAD, width - _NUMBER
-    for row in rows:
+    names = fitting_names([f"{row.tag} {row.name}".strip() for row in rows], width - _INDENT)
+    for row, name in zip(rows, names, strict=True):
         middle = y + _NAME / 2
         axes.plot(0.045, middle, clip_on=False, **marker_style(row.style, row.filled))
-        axes.text(0.13, middle, row.name, va="center_baseline")
+        axes.text(_INDENT, middle, name, va="center_baseline", parse_math=False)
         for index, bar in enumerate(row.bars):
             _draw_bar(axes, bar, row.style.colour, y + _NAME + _BAR * (index + 0.5), full, width)
         y += row.height
     for line, middle in zip(key, (y + _GAP + _NAME * (index + 0.5) for index in range(len(key))), strict=True):
         if line.style is not None:
             axes.plot(0.045, middle, clip_on=False, **marker_style(line.style, line.filled, 3.6))
-        axes.text(0.13 if line.style else 0.0, middle, line.text, va="center_baseline", color=palette.MUTED)
+        axes.text(_INDENT if line.style else 0.0, middle, line.text, va="center_baseline", color=palette.MUTED)
     return axes
 
 
@@ -100,7 +104,7 @@ def _draw_bar(axes: Axes, bar: Bar, colour: str, middle: float, full: float, wid
         )
         if bar.interval is not None:
             ends = [end * full for end in bar.interval]
-            axes.plot(ends, [middle] * 2, color=palette.INK, linewidth=0.7, marker="|", markersize=3.2,
-                      markeredgewidth=0.7, solid_capstyle="butt",
-                      path_effects=[withStroke(linewidth=1.9, foreground="white")])  # fmt: skip
+            axes.plot(ends, [middle] * 2, color=palette.INK, linewidth=0.6, marker="|", markersize=3.0,
+                      markeredgewidth=0.6, solid_capstyle="butt",
+                      path_effects=[withStroke(linewidth=1.4, foreground="white")])  # fmt: skip
     axes.text(width, middle, bar.text, va="center_baseline", ha="right")

@@ -10,10 +10,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from taskslam.geometry import FloatArray
-from taskslam.report import palette
 from taskslam.report.figures.bars import KeyLine, Row, draw_rows, rows_height
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
-from taskslam.report.figures.style import NORMAL, WIDTHS, Width, add_axes, line_style, marker_style, new_figure, printed
+from taskslam.report.figures.style import (
+    NORMAL,
+    WIDTHS,
+    Width,
+    add_axes,
+    line_style,
+    marker_style,
+    new_figure,
+    printed,
+    say_empty,
+)
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
 
@@ -101,8 +110,7 @@ def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Quantity, unit
     for curve, at in reversed(_marks(panel.curves, scale)):
         axes.plot(*at, linestyle="none", zorder=3, **marker_style(curve.style, curve.filled))
     if not panel.curves:
-        axes.text(0.5, 0.5, "one round only:\nno precision to show", transform=axes.transAxes, ha="center",
-                  va="center", color=palette.MUTED)  # fmt: skip
+        say_empty(axes)
 
 
 def _marks(curves: Sequence[Curve], scale: Scale) -> list[tuple[Curve, tuple[float, float]]]:

@@ -18,10 +18,7 @@ from taskslam.report.figures.scales import Quantity, Units, orientation, positio
 from taskslam.report.figures.style import Width
 from taskslam.report.figures.trajectories import trajectory_figure
 from taskslam.report.markers import Style
-from taskslam.report.names import short_names
 from taskslam.report.results import MODES, MethodResult, Results, Run
-
-_LONGEST_NAME: dict[Width, int] = {"column": 14, "page": 22}
 
 
 def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
@@ -43,7 +40,7 @@ def _precision_accuracy(results: Results, width: Width, units: Units) -> Iterato
     ]
     for mode, panels in by_mode.items():
         ranked = results.in_mode(mode)
-        rows = _completeness_rows(ranked, width)
+        rows = _completeness_rows(ranked)
         yield (
             f"precision_accuracy_{_slug(mode)}",
             precision_accuracy_figure(panels, rows, sensor_key(ranked), width, units, scales),
@@ -90,7 +87,8 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
     tags = tags_of(len(methods))
     rows = [
         Row(
-            name=f"{tag} {name}".strip(),
+            tag=tag,
+            name=name,
             style=_present(method)[0].style,
             filled=all(result.complete for result in _present(method)),
             bars=tuple(
@@ -104,7 +102,7 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
                 for area in [result.pooled.n_auc.exact]
             ),
         )
-        for method, name, tag in zip(methods, short_names(labels, _LONGEST_NAME[width]), tags, strict=True)
+        for method, name, tag in zip(methods, labels, tags, strict=True)
     ]
     tag_of = dict(zip(labels, tags, strict=True))
     quantity = position(results.diameter_m)
@@ -126,7 +124,11 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
         for mode in results.modes
     ]
     key = [KeyLine("N-AUC: exact integral")]
-    key += [KeyLine(f"{shade}: {words.mode(mode)}") for mode, shade in zip(MODES, ("light", "full"), strict=True)]
+    key += [
+        KeyLine(f"{shade}: {words.mode(mode)}")
+        for mode, shade in zip(MODES, ("light", "full"), strict=True)
+        if mode in results.modes
+    ]
     limit = quantity.size or quantity.shown(EXACT_RANGE) / 4
     heading = f"N-AUC, 0–{quantity.shown(EXACT_RANGE):g} cm"
     return cumulative.cumulative_figure(
@@ -137,19 +139,18 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
 
 def _violins(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
     methods = results.methods()
-    names = short_names([_present(method)[0].label for method in methods], _LONGEST_NAME[width])
     quantity = position(results.diameter_m)
     for what, letter in (("precision", quantity.precision), ("accuracy", quantity.accuracy)):
         rows = [
             violins.ViolinRow(
-                name,
+                _present(method)[0].label,
                 _present(method)[0].style,
                 all(result.complete for result in _present(method)),
                 f"({' | '.join(words.percent(r.pooled.completeness) if r else words.DASH for r in method)})",
                 _samples(method[0], what, quantity),
                 _samples(method[1], what, quantity),
             )
-            for method, name in zip(methods, names, strict=True)
+            for method in methods
         ]
         yield f"violins_{what}", violins.violin_figure(rows, quantity, units, f"{what} {letter}", width, results.modes)
 
@@ -209,11 +210,11 @@ def _share(interval: Interval | None) -> tuple[float, float] | None:
     return None if interval is None else (interval.low, interval.high)
 
 
-def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row]:
-    names = short_names([result.label for result in ranked], _LONGEST_NAME[width])
+def _completeness_rows(ranked: Sequence[MethodResult]) -> list[Row]:
     return [
         Row(
-            name=f"{tag} {name}".strip(),
+            tag=tag,
+            name=result.label,
             style=result.style,
             filled=result.complete,
             bars=(
@@ -224,7 +225,7 @@ def _completeness_rows(ranked: Sequence[MethodResult], width: Width) -> list[Row
                 ),
             ),
         )
-        for name, tag, result in zip(names, tags_of(len(ranked)), ranked, strict=True)
+        for tag, result in zip(tags_of(len(ranked)), ranked, strict=True)
     ]
 
 

@@ -13,15 +13,15 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from taskslam.report import palette
 from taskslam.report.figures.bars import KeyLine, Row, draw_rows, rows_height
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, add_parity, scale_of, set_axis
-from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed
+from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed, say_empty
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
 
 _NUMBERED_ABOVE = 6  # methods; more than these are numbered, for colours alone would not tell them apart
-_LEFT, _RIGHT, _TOP, _BOTTOM = 0.42, 0.3, 0.36, 0.36  # in: around a panel, for its ticks and labels
+_LEFT, _RIGHT, _TOP, _BOTTOM = 0.5, 0.3, 0.36, 0.36  # in: around a panel, for its ticks and labels
+_FARTHEST = 4.0  # times its value: where a whisker no longer widens the axis, but runs into its end
 _HEAD, _EDGE = 0.08, 0.1  # in: above the rows, and at the edge of the paper
 
 
@@ -76,15 +76,16 @@ def precision_accuracy_figure(
 
 
 def scatter_scale(points: Sequence[Point]) -> Scale:
-    """One scale for both directions, that of all markers and whiskers."""
-    values = [value for point in points for value in (point.accuracy, point.precision)]
-    ends = [
-        end
-        for point in points
-        for interval in (point.accuracy_interval, point.precision_interval)
-        for end in interval or ()
-    ]
-    return scale_of([*values, *ends])
+    """One scale for both directions: all markers, and the whiskers as far as they let the markers stay apart."""
+    values = []
+    for point in points:
+        for value, interval in (
+            (point.accuracy, point.accuracy_interval),
+            (point.precision, point.precision_interval),
+        ):
+            ends = [min(max(end, value / _FARTHEST), value * _FARTHEST) for end in interval or ()]
+            values += [value, *ends]
+    return scale_of(values)
 
 
 def draw_precision_accuracy(
@@ -106,8 +107,7 @@ def draw_precision_accuracy(
         at = scale.held(point.accuracy), scale.held(point.precision)
         axes.plot(*at, linestyle="none", zorder=3, **marker_style(point.style, point.filled))
     if not points:
-        axes.text(0.5, 0.5, "no method has a\nprecision to show", transform=axes.transAxes, ha="center", va="center",
-                  color=palette.MUTED)  # fmt: skip
+        say_empty(axes)
 
 
 def tags_of(count: int) -> list[str]:

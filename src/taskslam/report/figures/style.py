@@ -36,6 +36,7 @@ COLUMN, PAGE = 3.5, 7.16  # in: one column and both columns of an IEEE page
 WIDTHS: dict[Width, float] = {"column": COLUMN, "page": PAGE}
 SMALL, NORMAL = 7.0, 7.5  # pt: nothing on a figure is smaller than SMALL
 DPI = 300
+FONT = "DejaVu Sans"  # comes with matplotlib
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -44,7 +45,7 @@ R = TypeVar("R")
 _DEFAULTS = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith(("backend", "interactive"))}
 _SETTINGS = {
     **_DEFAULTS,
-    "font.family": "DejaVu Sans",  # comes with matplotlib
+    "font.family": FONT,
     "mathtext.fontset": "dejavusans",
     "font.size": SMALL,
     "axes.labelsize": NORMAL,
@@ -132,6 +133,14 @@ def marker_style(style: Style, filled: bool = True, size: float = 4.5) -> dict[s
 def line_style(style: Style) -> dict[str, Any]:
     """Keywords of `Axes.plot` for a method's line."""
     return {"color": style.colour, "linewidth": 1.1, "solid_joinstyle": "round", "solid_capstyle": "round"}
+
+
+def say_empty(axes: Axes) -> None:
+    """Say in a panel that no method of it has a precision: one round, no complete waypoint, or no true pose."""
+    axes.text(
+        0.5, 0.5, "no precision to show", transform=axes.transAxes, ha="center", va="center", color=palette.MUTED,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 2},
+    )  # fmt: skip
 
 
 @printed

@@ -108,7 +108,7 @@ def _draw_words(
 ) -> None:
     """Title and key above, scale bar below."""
     width, height = figure.get_size_inches()
-    figure.text(0.03 / width, 1 - 0.03 / height, title, va="top", fontweight="bold")
+    figure.text(0.03 / width, 1 - 0.03 / height, title, va="top", fontweight="bold", parse_math=False)
     handles = [Line2D([], [], label="true path", **_TRUTH)] if any(
         len(poses) for _, poses in tracks) else []  # fmt: skip
     if any(priming and len(poses) for priming, poses in tracks):

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from taskslam.report import palette
+from taskslam.report.figures.lettering import fitting_names
 from taskslam.report.figures.scales import Quantity, Scale, Units, scale_of, set_axis
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed
 from taskslam.report.markers import Style
@@ -60,16 +61,18 @@ def violin_figure(
     axes.set_yticks([])
     to_left = axes.get_yaxis_transform()
     inch = 1 / (WIDTHS[width] - names - shares - _EDGE)
-    for index, row in enumerate(rows):
+    texts = fitting_names([row.name for row in rows], names - 0.26)
+    for index, (row, text) in enumerate(zip(rows, texts, strict=True)):
         axes.axhline(index, color=palette.HAIRLINE, linewidth=0.5, zorder=0)
         _draw_half(axes, row.without, scale, row.style, index, up=True)
         _draw_half(axes, row.with_map, scale, row.style, index, up=False)
         axes.plot(
             -(names - 0.11) * inch, index, clip_on=False, transform=to_left, **marker_style(row.style, row.complete)
         )
-        axes.text(-(names - 0.2) * inch, index, row.name, transform=to_left, va="center_baseline")
+        axes.text(-(names - 0.2) * inch, index, text, transform=to_left, va="center_baseline", parse_math=False)
         axes.text(1 + 0.06 * inch, index, row.completeness, transform=to_left, va="center_baseline")
-    axes.text(1 + 0.06 * inch, 1.0, "(C$_{w/o}$ | C$_{w/}$)\nin %", transform=axes.transAxes, va="bottom")
+    above = 1 + 0.2 / height  # of the ticks
+    axes.text(1 + 0.06 * inch, above, "(C$_{w/o}$ | C$_{w/}$)\nin %", transform=axes.transAxes, va="bottom")
     boundary = next((index for index, row in enumerate(rows) if not row.complete), 0)
     if boundary:
         axes.axhline(boundary - 0.5, color=palette.FAILURE, linewidth=0.9, dashes=(5, 1.5, 1, 1.5))

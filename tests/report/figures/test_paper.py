@@ -1,0 +1,124 @@
+import hashlib
+
+import pytest
+
+from taskslam.report.figures.paper import paper_figures
+from taskslam.report.figures.style import FORMATS, WIDTHS, figure_bytes
+from taskslam.report.results import read_results
+
+MAIN = [
+    "precision_accuracy_without_map",
+    "precision_accuracy_with_map",
+    "cumulative_precision",
+    "violins_precision",
+    "violins_accuracy",
+]
+
+
+def texts_of(figure):
+    return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+
+
+def smallest_font(figure):
+    from matplotlib.text import Text
+
+    return min(text.get_fontsize() for text in figure.findobj(Text) if text.get_text().strip())
+
+
+def outside(figure):
+    """Texts that reach beyond the edge of the paper by more than a hair."""
+    from matplotlib.text import Text
+
+    figure.draw_without_rendering()
+    page = figure.bbox
+    found = []
+    for text in figure.findobj(Text):
+        if text.get_text().strip() and text.get_visible():
+            box = text.get_window_extent()
+            hair = 0.01 * figure.dpi
+            if box.x0 < page.x0 - hair or box.x1 > page.x1 + hair or box.y0 < page.y0 - hair or box.y1 > page.y1 + hair:
+                found.append(text.get_text())
+    return found
+
+
+def test_one_folder_gives_every_figure_of_the_paper(results):
+    names = [name for name, _ in paper_figures(results, "column", "metric")]
+    assert names[:5] == MAIN
+    assert len([name for name in names if name.startswith("runs/arrivals_")]) == 8
+    assert len([name for name in names if name.startswith("runs/trajectories_")]) == 8
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize(("width", "units"), [("column", "task"), ("page", "metric")])
+def test_figures_fit_the_paper_with_letters_of_seven_points(results, width, units):
+    for name, figure in paper_figures(results, width, units):
+        assert figure.get_size_inches()[0] == WIDTHS[width], name
+        assert smallest_font(figure) >= 7.0 * 0.69, name  # mathtext subscripts are 70 % of their line
+        assert outside(figure) == [], name
+
+
+def test_the_same_results_give_the_same_bytes(make_run):
+    make_run("a", failed=True)
+    folder = make_run("b", method="hector", mode="with-map").parent
+
+    def digests():
+        return {
+            (name, kind): hashlib.sha256(figure_bytes(figure, kind)).hexdigest()
+            for name, figure in paper_figures(read_results([folder]), "column", "metric")
+            for kind in FORMATS
+        }
+
+    assert digests() == digests()
+
+
+def test_a_file_holds_no_date_and_no_path(make_run):
+    folder = make_run("a").parent
+    _, figure = next(paper_figures(read_results([folder]), "column", "metric"))
+    for kind in FORMATS:
+        content = figure_bytes(figure, kind)
+        for word in (b"CreationDate", b"<dc:date>", b"tEXt", str(folder).encode()):
+            assert word not in content, (kind, word)
+
+
+def test_a_method_that_completed_nothing_is_drawn_with_zero(make_run):
+    make_run("good")
+    folder = make_run("bad", method="hector", failed=True, failed_goal=0).parent
+    figures = dict(paper_figures(read_results([folder]), "column", "metric"))
+    scatter = texts_of(figures[MAIN[0]])
+    assert scatter.index("karto") < scatter.index("hector")
+    assert "0" in scatter[scatter.index("hector") :]
+    assert "(0 | –)" in texts_of(figures["violins_precision"])
+    assert "0.000" in texts_of(figures["cumulative_precision"])
+
+
+def test_one_round_has_no_precision_but_a_completeness(make_run):
+    folder = make_run("a", rounds=1).parent
+    figures = dict(paper_figures(read_results([folder]), "column", "metric"))
+    assert "no precision to show" in texts_of(figures[MAIN[0]])
+    assert "100" in texts_of(figures[MAIN[0]])
+    assert "no precision to show" in texts_of(figures["cumulative_precision"])
+
+
+@pytest.mark.parametrize("options", [{"plan": False}, {"truth": False}, {"rounds": 2, "failed": True}])
+def test_what_was_not_recorded_is_left_out_of_the_picture(make_run, options):
+    folder = make_run("a", **options).parent
+    for _, figure in paper_figures(read_results([folder]), "column", "metric"):
+        figure_bytes(figure, "png")
+
+
+def test_a_damaged_trajectory_leaves_its_round_out(make_run):
+    run = make_run("a")
+    (run / "round01" / "truth.tum").write_text("not a number\n", encoding="utf-8")
+    figures = dict(paper_figures(read_results([run]), "column", "metric"))
+    assert any(name.startswith("runs/trajectories_") for name in figures)
+
+
+def test_twenty_methods_with_long_names_stay_on_the_paper_and_apart(make_run):
+    for index in range(20):
+        name = f"method_{index:02d}_with_a_name_that_nobody_would_choose & 100 % $x_{{{index}"
+        folder = make_run(f"m{index}", method=name, spread=0.002 * 1.3**index).parent
+    for width in WIDTHS:
+        for name, figure in paper_figures(read_results([folder]), width, "metric"):
+            if name in MAIN or "m0" in name or "method_00" in name:
+                assert outside(figure) == [], name
+                assert {str(number) for number in range(1, 21)} <= set(texts_of(figure)) or name not in MAIN[:3]
