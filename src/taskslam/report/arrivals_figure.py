@@ -16,8 +16,9 @@ from markupsafe import Markup
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2
 from taskslam.record import GoalTolerance
-from taskslam.report import palette, words
+from taskslam.report import palette
 from taskslam.report.svg import Svg
+from taskslam.report.units import METRIC, TASK, Units, draw_length
 
 _SIZE = 200.0
 _INSET = 66.0
@@ -61,12 +62,12 @@ class _Window:
         )
 
 
-def arrivals_figures(waypoints: Sequence[WaypointMetrics], tolerance: GoalTolerance) -> list[Markup]:
+def arrivals_figures(waypoints: Sequence[WaypointMetrics], tolerance: GoalTolerance, units: Units) -> list[Markup]:
     """Draw one panel for each waypoint, on one scale where three quarters of them fit; wider ones zoom out."""
     panels = [_panel(waypoint) for waypoint in waypoints]
     zooms = sorted(panel.zoom for panel in panels)
     common = zooms[math.ceil(0.75 * len(zooms)) - 1]
-    return [_draw_panel(panel, max(panel.zoom, common), tolerance.position_m) for panel in panels]
+    return [_draw_panel(panel, max(panel.zoom, common), tolerance.position_m, units) for panel in panels]
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def _panel(waypoint: WaypointMetrics) -> _Panel:
     return _Panel(waypoint, visits, mean, zoom)
 
 
-def _draw_panel(panel: _Panel, zoom: int, tolerance: float) -> Markup:
+def _draw_panel(panel: _Panel, zoom: int, tolerance: float, units: Units) -> Markup:
     waypoint = panel.waypoint
     half, bar, bar_label = _ZOOMS[zoom]
     window = _Window(0.0, 0.0, _SIZE, panel.mean, half)
@@ -123,11 +124,11 @@ def _draw_panel(panel: _Panel, zoom: int, tolerance: float) -> Markup:
         svg.text(_SIZE / 2, _SIZE / 2 + 40, "never reached", fill=palette.FAILURE, font_size=13, text_anchor="middle")
     svg.line(0, _SIZE, _SIZE, _SIZE, stroke=palette.HAIRLINE)
     _draw_inset(svg, panel.truths, tolerance)
-    _draw_scale_bar(svg, bar * window.scale, bar_label)
+    _draw_scale_bar(svg, bar, bar_label, window.scale, units)
     for row, (name, value) in enumerate((("E", waypoint.position.precision_m), ("e", waypoint.position.accuracy_m))):
         y = _SIZE + 45 + 18 * row
         svg.text(10, y, name, fill=palette.MUTED, font_size=13)
-        svg.text(26, y, words.with_unit(words.centimetres(value), "cm"), fill=palette.INK, font_size=13)
+        draw_length(svg, 26.0, y, value, units, unit=True, fill=palette.INK, font_size=13)
     return svg.markup()
 
 
@@ -173,9 +174,13 @@ def _draw_goal(svg: Svg, x: float, y: float, size: float) -> None:
     svg.polyline(head, stroke_linejoin="round", **ink)
 
 
-def _draw_scale_bar(svg: Svg, length: float, label: str) -> None:
+def _draw_scale_bar(svg: Svg, metres: float, label: str, scale: float, units: Units) -> None:
     left, y = 10.0, _SIZE + 20.0
-    svg.line(left, y - 4, left + length, y - 4, stroke=palette.INK, stroke_width=1.5)
-    for x in (left, left + length):
+    end = left + metres * scale
+    svg.line(left, y - 4, end, y - 4, stroke=palette.INK, stroke_width=1.5)
+    for x in (left, end):
         svg.line(x, y - 7.5, x, y - 0.5, stroke=palette.INK, stroke_width=1.5)
-    svg.text(left + length + 7, y, label, fill=palette.INK, font_size=12.5)
+    ink = {"fill": palette.INK, "font_size": 12.5}
+    svg.text(end + 7, y, label, class_=METRIC, **ink)
+    if units.diameter_m is not None:
+        svg.text(end + 7, y, f"{metres / units.diameter_m:.2g} D", class_=TASK, **ink)

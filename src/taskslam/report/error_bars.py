@@ -6,8 +6,9 @@ from markupsafe import Markup
 
 from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.evaluation.metrics_file import ErrorShare
-from taskslam.report import palette, words
+from taskslam.report import palette
 from taskslam.report.svg import Svg
+from taskslam.report.units import Units, draw_length
 
 _WIDTH, _HEIGHT = 300.0, 30.0
 _LABEL = 42.0  # room for a number at the end of the longest bar
@@ -23,21 +24,21 @@ def bar_limit(metrics: RunMetrics) -> float:
     return max([*ends, 0.01])
 
 
-def error_bars(control: ErrorShare, estimation: ErrorShare, limit_m: float) -> Markup:
-    """Draw the two bars with their values in centimetres; `limit_m` is the full width."""
+def error_bars(control: ErrorShare, estimation: ErrorShare, limit_m: float, units: Units) -> Markup:
+    """Draw the two bars with their values; `limit_m` is the full width."""
     svg = Svg(_WIDTH, _HEIGHT, "Control and estimation error")
     scale = (_WIDTH - _LABEL) / limit_m
-    _draw_bar(svg, control, palette.CONTROL, 2.0, scale)
-    _draw_bar(svg, estimation, palette.ESTIMATION, 17.0, scale)
+    _draw_bar(svg, control, palette.CONTROL, 2.0, scale, units)
+    _draw_bar(svg, estimation, palette.ESTIMATION, 17.0, scale, units)
     return svg.markup()
 
 
-def waypoint_bars(waypoint: WaypointMetrics, limit_m: float) -> Markup:
+def waypoint_bars(waypoint: WaypointMetrics, limit_m: float, units: Units) -> Markup:
     """Draw the bars of one waypoint."""
-    return error_bars(waypoint.control, waypoint.estimation, limit_m)
+    return error_bars(waypoint.control, waypoint.estimation, limit_m, units)
 
 
-def _draw_bar(svg: Svg, share: ErrorShare, colour: str, y: float, scale: float) -> None:
+def _draw_bar(svg: Svg, share: ErrorShare, colour: str, y: float, scale: float, units: Units) -> None:
     if share.position_m is None:
         return
     end = share.position_m * scale
@@ -49,4 +50,4 @@ def _draw_bar(svg: Svg, share: ErrorShare, colour: str, y: float, scale: float) 
         for x in (low, high):
             svg.line(x, y + 2.5, x, y + 8.5, stroke=palette.INK, stroke_width=1.2)
         label_at = high
-    svg.text(label_at + 6, y + 10, words.centimetres(share.position_m), fill=palette.INK, font_size=12.5)
+    draw_length(svg, label_at + 6, y + 10, share.position_m, units, unit=False, fill=palette.INK, font_size=12.5)

@@ -22,7 +22,7 @@ from taskslam.report.page_data import page_data
 from taskslam.report.plan_drawing import plan_pictures
 from taskslam.report.setting import facts
 from taskslam.report.suite import SuiteView, is_suite, suite_view
-from taskslam.report.verdicts import mode_verdicts, run_verdict
+from taskslam.report.verdicts import mode_verdicts, run_verdict, split
 from taskslam.report.views import MODES, RunView, ScenarioView, run_view, scenario_view
 
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
@@ -78,6 +78,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         story_window=WINDOW_S,
         mode_verdicts=mode_verdicts,
         run_verdict=run_verdict,
+        split=split,
         words=words,
         cards=cards,
         palette=palette,

@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 
 from taskslam.evaluation.metrics_file import Interval
 from taskslam.report import words
+from taskslam.report.svg import Svg
 from taskslam.report.words import DASH
 
 METRIC, TASK = "si", "tu"  # classes in the page
@@ -56,6 +57,16 @@ class Units:
         field = self.field_of_view
         task = None if field is None else task_number(math.degrees(radians) / field) + suffixes[1]
         return both(words.degrees(radians) + suffixes[0], task)
+
+
+def draw_length(svg: Svg, x: float, y: float, metres: float | None, units: Units, unit: bool, **ink: object) -> None:
+    """Write a length into a drawing in both units, with its unit or without; a dash for None."""
+    if metres is None:
+        svg.text(x, y, DASH, **ink)
+        return
+    svg.text(x, y, words.centimetres(metres) + " cm" * unit, class_=METRIC, **ink)
+    if units.diameter_m is not None:
+        svg.text(x, y, task_number(metres / units.diameter_m) + " D" * unit, class_=TASK, **ink)
 
 
 def both(metric: str, task: str | None) -> Markup:

@@ -13,6 +13,7 @@ from taskslam.report.suite import Entry
 from taskslam.report.units import Units
 
 _MOST_NAMES = 8
+_ALIKE = 1.25  # two spreads within this ratio are not told apart: five rounds do not say more
 _MOST_COMPARED = 3  # sentences about who beats whom; the rest is in the matrix
 
 
@@ -29,6 +30,25 @@ def run_verdict(metrics: RunMetrics, units: Units) -> Markup:
     if E is None:
         return escape(f"{reached}. One round alone says nothing about precision.")
     return Markup("{}; arrivals lie {} from their mean.").format(reached, units.length(E, with_unit=True))
+
+
+def split(metrics: RunMetrics, units: Units) -> Markup:
+    """Where the distance to the goal comes from, and which part limits precision."""
+    control, estimation = metrics.control, metrics.estimation
+    if control.position_m is None or estimation.position_m is None:
+        return escape("No waypoint was reached in every round, so the two shares have no mean.")
+    text = Markup(
+        "When the robot stopped, SLAM put it {} from the goal (control), and it truly stood {} from there"
+        " (estimation); means over the waypoints reached every time."
+    ).format(units.length(control.position_m, True), units.length(estimation.position_m, True))
+    if control.spread_m is None or estimation.spread_m is None:
+        return text
+    if max(control.spread_m, estimation.spread_m) <= _ALIKE * min(control.spread_m, estimation.spread_m):
+        limit = "both limit precision about alike"
+    else:
+        limit = f"{'control' if control.spread_m > estimation.spread_m else 'estimation'} is what limits precision here"
+    varied = Markup("{} From round to round the first varied by {}, the second by {}: {}.")
+    return varied.format(text, units.length(control.spread_m, True), units.length(estimation.spread_m, True), limit)
 
 
 def mode_verdicts(ranked: Sequence[Entry], units: Units, compared: ComparisonView | None = None) -> list[Markup]:

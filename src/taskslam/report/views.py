@@ -133,6 +133,7 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
     """One run with its pictures."""
     limit = bar_limit(metrics)
     tolerance = record.manifest.goal_tolerance
+    units = Units(record.manifest.robot_diameter, record.manifest.field_of_view)
     plan = _floor_plan(record.directory)
     tracks = Tracks(record)
     tour = tour_figure(record, metrics, plan, tracks)
@@ -146,12 +147,12 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
         plan=plan,
         tour=tour,
         waypoints=tuple(
-            WaypointView(waypoint, arrivals, waypoint_bars(waypoint, limit))
+            WaypointView(waypoint, arrivals, waypoint_bars(waypoint, limit, units))
             for waypoint, arrivals in zip(
-                metrics.waypoints, arrivals_figures(metrics.waypoints, tolerance), strict=True
+                metrics.waypoints, arrivals_figures(metrics.waypoints, tolerance, units), strict=True
             )
         ),
-        mean_bars=error_bars(metrics.control, metrics.estimation, limit),
+        mean_bars=error_bars(metrics.control, metrics.estimation, limit, units),
         failures=failures,
         damage=tuple(tracks.damage),
     )

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 
-from taskslam.evaluation import RunMetrics
-
 DASH = "–"
-_ALIKE = 1.25  # two spreads within this ratio are not told apart: five rounds do not say more
 _MODES = {"with-map": "with map", "without-map": "without map"}
 _OUTCOMES = {
     "reached": "reached",
@@ -94,25 +91,3 @@ def mode(name: str) -> str:
 def outcome(name: str) -> str:
     """An outcome as a reader would say it."""
     return _OUTCOMES.get(name, name.replace("_", " "))
-
-
-def split(metrics: RunMetrics) -> str:
-    """Where the distance to the goal comes from, and which part limits precision."""
-    control, estimation = metrics.control, metrics.estimation
-    if control.position_m is None or estimation.position_m is None:
-        return "No waypoint was reached in every round, so the two shares have no mean."
-    text = (
-        f"When the robot stopped, SLAM put it {centimetres(control.position_m)} cm from the goal (control), and it"
-        f" truly stood {centimetres(estimation.position_m)} cm from there (estimation); means over the waypoints"
-        " reached every time."
-    )
-    if control.spread_m is None or estimation.spread_m is None:
-        return text
-    varied = (
-        f"{text} From round to round the first varied by {centimetres(control.spread_m)} cm, the second by"
-        f" {centimetres(estimation.spread_m)} cm"
-    )
-    if max(control.spread_m, estimation.spread_m) <= _ALIKE * min(control.spread_m, estimation.spread_m):
-        return f"{varied}: both limit precision about alike."
-    larger = "control" if control.spread_m > estimation.spread_m else "estimation"
-    return f"{varied}: {larger} is what limits precision here."
