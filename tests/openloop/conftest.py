@@ -8,13 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from taskslam.benchmark.protocol import Mode
+from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.stage import Stage
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
 from taskslam.openloop.bag_writer import BagWriter
 from taskslam.openloop.euroc_writer import EUROC_SENSORS, EurocWriter
+from taskslam.record import RunRecord, load_run
 from taskslam.robot import Robot, load_robot
+from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import Simulator
 from taskslam.world import World
+from taskslam.world.slicing import slice_floor_plan
 
 SENSORS = frozenset(Sensor) - {Sensor.TRUE_POSE}
 
@@ -106,3 +112,22 @@ def _same_value(one: object, other: object) -> bool:
 @pytest.fixture(scope="session")
 def is_same():
     return same
+
+
+@pytest.fixture(scope="session")
+def driven(room: World, tmp_path_factory: pytest.TempPathFactory) -> dict[str, RunRecord]:
+    """A run in each mode: three goals in the room by wheel odometry, two rounds that count."""
+    goals = [[-1.0, -1.0, 0.0], [0.4, -1.6, 0.6], [-1.6, 0.4, 2.5]]
+    scenario = Scenario.model_validate(
+        {
+            "name": "room",
+            "world": {"name": "house"},
+            "start": {"x": -2.0, "y": -1.0, "theta": 0.0},
+            "sequence": {"waypoints": goals},
+            "protocol": {"rounds": 2, "pause": 0.5, "still_start": 0.5},
+        }
+    )
+    plan = slice_floor_plan(room, 0.02, 0.45, 0.05, seed_point=(-2.0, -1.0))
+    stage = Stage(scenario, room, plan, load_robot("turtlebot2"))
+    out = tmp_path_factory.mktemp("driven")
+    return {mode.value: load_run(run(stage, RunRequest("wheel_odometry", mode), out)[0]) for mode in Mode}
