@@ -133,7 +133,7 @@ def _camera_looks(
     camera = load_camera(setup.path(source.calibration), source.image_kind)
     frames = image_frames(setup.path(source.images))
     report = None if progress is None else lambda done: progress(source.name, done, len(frames))
-    return camera, look_through(frames, camera, detector, ids, report)
+    return camera, look_through(frames, camera, detector, ids, source.gamma, report)
 
 
 def _write_all(setup: Setup, logs: Sequence[ArrivalLog], rig: _Rig, out: Path, replace: bool) -> list[MeasuredRun]:

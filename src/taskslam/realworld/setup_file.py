@@ -75,7 +75,8 @@ class CameraSource(_Part):
     """A camera: its images, its calibration, its clock.
 
     image_kind: `raw` as the sensor gives them, or `rectified` by ROS image_proc; a calibration file holds both cameras
-    and only the user knows. clock_offset: s, image stamp minus arrival stamp at one instant, or `estimate`.
+    and only the user knows. clock_offset: s, image stamp minus arrival stamp at one instant, or `estimate`. gamma: of
+    the images; 1 for a machine-vision camera that writes grey values in proportion to light.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-][A-Za-z0-9_.-]*$")]
@@ -83,6 +84,7 @@ class CameraSource(_Part):
     calibration: str
     image_kind: Literal["raw", "rectified"]
     clock_offset: Seconds | Literal["estimate"] = 0.0
+    gamma: Annotated[float, Field(ge=0.3, le=4)] = 2.2
 
 
 class OverheadCamera(CameraSource):
