@@ -10,28 +10,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
-import numpy as np
-from scipy.special import stdtr, stdtrit
+from taskslam.evaluation.evidence import ALPHA, Side, Sides, weigh
+from taskslam.evaluation.metrics_file import Comparison, RunMetrics
+from taskslam.evaluation.permutation import cliffs_delta, holm
 
-from taskslam.evaluation import intervals
-from taskslam.evaluation.metrics_file import Comparison, Interval, RunMetrics
-from taskslam.evaluation.permutation import cliffs_delta, exchange_rounds, flip_signs, holm
-from taskslam.evaluation.uncertainty import complete_visits
-from taskslam.geometry import FloatArray
-
-ALPHA = 0.05
-POWER = 0.80
 MOST_METHODS = 30
-MOST_ROUNDS = 1000
-FEWEST_ROUNDS = 4
-"""Of each method: 8 rounds can be dealt to two in 35 ways, 6 in only 10, which cannot give p below 0.05."""
-
-MOST_SEQUENCES = 8
-SMALLEST = 1e-6
-"""Metres. Distances below a micrometre count as one: a logarithm needs a number, and no robot is that repeatable."""
-
 METRICS = ("precision", "accuracy")
 
 
@@ -42,12 +26,13 @@ def compare_methods(groups: Mapping[str, Sequence[RunMetrics]], metric: str = "p
     both drove. metric: `precision` (E) or `accuracy` (e). In a mode with more than 30 methods nothing is compared.
     """
     found: list[Comparison] = []
+    sides = Sides(metric)
     for mode in ("without-map", "with-map"):
         present = {name: [run for run in runs if run.mode == mode] for name, runs in groups.items()}
         names = [name for name, runs in present.items() if runs]
         if len(names) <= MOST_METHODS:
             pairs = itertools.combinations(names, 2)
-            found += corrected([compare_pair(a, present[a], b, present[b], metric) for a, b in pairs])
+            found += corrected([_compare(a, present[a], b, present[b], sides) for a, b in pairs])
     return tuple(found)
 
 
@@ -65,15 +50,27 @@ def compare_pair(
 
     Raises ValueError for an unknown metric.
     """
+    return _compare(a, runs_a, b, runs_b, Sides(metric))
+
+
+def _compare(a: str, runs_a: Sequence[RunMetrics], b: str, runs_b: Sequence[RunMetrics], sides: Sides) -> Comparison:
+    metric = sides.metric
     if metric not in METRICS:
         raise ValueError(f"unknown metric {metric!r}; expected one of {', '.join(METRICS)}")
     by_key = {(run.scenario, run.seed): run for run in runs_b}
     paired = [(run, by_key[run.scenario, run.seed]) for run in runs_a if (run.scenario, run.seed) in by_key]
     mode = runs_a[0].mode if runs_a else ""
-    shared, a_only, b_only = _common(paired)
+    shared: list[tuple[Side, Side]] = []
+    a_only = b_only = 0
+    for first, second in paired:
+        done_a, done_b = sides.complete(first), sides.complete(second)
+        a_only, b_only = a_only + len(done_a - done_b), b_only + len(done_b - done_a)
+        side_a, side_b = sides.side(first, done_a & done_b), sides.side(second, done_a & done_b)
+        if side_a is not None and side_b is not None:
+            shared.append((side_a, side_b))
     if not shared:
         return _empty(metric, mode, a, b, a_only, b_only, paired)
-    evidence = _evidence(shared, metric, "|".join((metric, mode, a, b)))
+    evidence = weigh(shared, metric, "|".join((metric, mode, a, b)))
     values_a, values_b = evidence.values_a, evidence.values_b
     return _judged(
         Comparison(
@@ -84,7 +81,7 @@ def compare_pair(
             waypoints=len(values_a),
             a_only=a_only,
             b_only=b_only,
-            rounds=(min(len(pair[0]) for pair in shared), min(len(pair[1]) for pair in shared)),
+            rounds=(min(first.rounds for first, _ in shared), min(second.rounds for _, second in shared)),
             a_mean_m=float(values_a.mean()),
             b_mean_m=float(values_b.mean()),
             ratio=math.exp(evidence.difference),
@@ -102,138 +99,6 @@ def compare_pair(
         evidence.p(),
         1,
     )
-
-
-Shared = tuple[FloatArray, FloatArray, FloatArray]
-
-
-@dataclass(frozen=True)
-class _Evidence:
-    """values: E or e at the common waypoints, m. difference: mean log ratio; variance: over rounds, with its freedom.
-
-    per_round: variance that one round of each method would have.
-    """
-
-    values_a: FloatArray
-    values_b: FloatArray
-    difference: float
-    variance: float | None
-    freedom: float
-    per_round: float
-    permutation: tuple[float, float]
-
-    def interval(self) -> Interval | None:
-        if self.variance is None:
-            return None
-        half = min(intervals.quantile(1 - ALPHA, self.freedom) * math.sqrt(self.variance), 300.0)
-        return Interval(low=math.exp(self.difference - half), high=math.exp(self.difference + half))
-
-    def p(self) -> float | None:
-        if self.variance is None:
-            return None
-        if self.variance == 0:
-            return 1.0 if self.difference == 0 else 0.0
-        return float(2 * stdtr(self.freedom, -abs(self.difference) / math.sqrt(self.variance)))
-
-    def rounds_needed(self) -> int | None:
-        """Smallest M at which a t test at 5 % finds this difference in 80 % of the cases."""
-        if self.variance is None or self.difference == 0:
-            return None
-        M = np.arange(3, MOST_ROUNDS + 1)
-        shift = stdtrit(2 * M - 2, 1 - ALPHA / 2) + stdtrit(2 * M - 2, POWER)
-        enough = shift * np.sqrt(self.per_round / M) <= abs(self.difference)
-        return max(int(M[np.argmax(enough)]), FEWEST_ROUNDS) if enough.any() else None
-
-
-def _common(paired: Sequence[tuple[RunMetrics, RunMetrics]]) -> tuple[list[Shared], int, int]:
-    """(M_a, N, 3) and (M_b, N, 3) visits and (N, 3) goals of what both completed; how many waypoints only one did."""
-    shared, a_only, b_only = [], 0, 0
-    for first, second in paired:
-        done_a = {w.goal for w in first.waypoints if w.complete}
-        done_b = {w.goal for w in second.waypoints if w.complete}
-        a_only, b_only = a_only + len(done_a - done_b), b_only + len(done_b - done_a)
-        goals = sorted(done_a & done_b)
-        visits_a, visits_b = complete_visits(first, goals), complete_visits(second, goals)
-        if goals and visits_a is not None and visits_b is not None and min(len(visits_a), len(visits_b)) > 1:
-            shared.append((visits_a, visits_b, np.array([first.waypoints[goal].target for goal in goals])))
-    return shared, a_only, b_only
-
-
-def _evidence(shared: Sequence[Shared], metric: str, seed: str) -> _Evidence:
-    measure = _spreads if metric == "precision" else _offsets
-    logs = [(measure(a, goals), measure(b, goals)) for a, b, goals in shared]
-    difference = float(np.concatenate([a[0] - b[0] for a, b in logs]).mean())
-    values = [np.concatenate([_values(trio[side], trio[2], metric) for trio in shared]) for side in (0, 1)]
-    enough = all(min(len(a), len(b)) >= 3 for a, b, _ in shared)
-    parts = [intervals.two_way_variance([pair[side][1] for pair in logs]) for side in (0, 1)] if enough else []
-    variance = sum(part.rounds for part in parts)
-    squared = sum(part.rounds**2 / part.rounds_freedom for part in parts if part.rounds > 0)
-    per_round = 0.0
-    for side, part in enumerate(parts):
-        per_round += part.rounds * float(np.mean([len(pair[side]) for pair in shared]))
-    return _Evidence(
-        values_a=values[0],
-        values_b=values[1],
-        difference=difference,
-        variance=variance if enough else None,
-        freedom=variance**2 / squared if squared else math.inf,
-        per_round=per_round,
-        permutation=_permutation(shared, logs, metric, seed),
-    )
-
-
-def _values(visits: FloatArray, goals: FloatArray, metric: str) -> FloatArray:
-    """(N,) E or e as they stand in the tables, m."""
-    return intervals.mean_distance(visits[..., :2]) if metric == "precision" else _distances(visits, goals).mean(axis=0)
-
-
-def _spreads(visits: FloatArray, _goals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(N,) log E, freed of its bias, and its (M, N) pseudo-values (the values themselves below three rounds)."""
-    bias = intervals.precision_bias(len(visits))
-    whole = _log(intervals.mean_distance(visits[..., :2]) / bias)
-    if len(visits) < 3:
-        return whole, np.tile(whole, (len(visits), 1))
-    return whole, intervals.pseudo_values(whole, _log(intervals.without_each_round(visits[..., :2]) / bias))
-
-
-def _offsets(visits: FloatArray, goals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(N,) log e, and its (M, N) pseudo-values."""
-    M, distances = len(visits), _distances(visits, goals)
-    whole = _log(distances.mean(axis=0))
-    return whole, intervals.pseudo_values(whole, _log((distances.sum(axis=0) - distances) / (M - 1)))
-
-
-def _permutation(
-    shared: Sequence[Shared], logs: Sequence[tuple[tuple[FloatArray, FloatArray], ...]], metric: str, seed: str
-) -> tuple[float, float]:
-    """Rounds are exchanged within each sequence; with many sequences, whole runs are, which costs less."""
-    if len(shared) > MOST_SEQUENCES:
-        return flip_signs(np.array([float((a[0] - b[0]).sum()) for a, b in logs]), seed)
-    if metric == "precision":
-        centred = [((a - a.mean(axis=0))[..., :2], (b - b.mean(axis=0))[..., :2]) for a, b, _ in shared]
-        return exchange_rounds(centred, _log_ratio_of_spreads, seed)
-    away = [
-        tuple(np.hypot(*(visits - goals)[..., :2].transpose(2, 0, 1)) for visits in (a, b)) for a, b, goals in shared
-    ]
-    return exchange_rounds([(a, b) for a, b in away], _log_ratio_of_means, seed)
-
-
-def _log_ratio_of_spreads(a: FloatArray, b: FloatArray) -> FloatArray:
-    own = [_log(intervals.mean_distance(side) / intervals.precision_bias(side.shape[1])) for side in (a, b)]
-    return np.asarray((own[0] - own[1]).sum(axis=-1))
-
-
-def _log_ratio_of_means(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray((_log(a.mean(axis=1)) - _log(b.mean(axis=1))).sum(axis=-1))
-
-
-def _distances(visits: FloatArray, goals: FloatArray) -> FloatArray:
-    """(M, N) distances of arrivals to their goals, m."""
-    return np.asarray(np.hypot(visits[..., 0] - goals[:, 0], visits[..., 1] - goals[:, 1]))
-
-
-def _log(values: FloatArray) -> FloatArray:
-    return np.log(np.maximum(values, SMALLEST))
 
 
 def _empty(

@@ -22,11 +22,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import stdtrit
 
-from taskslam.geometry import FloatArray
+from taskslam.geometry import FloatArray, wrap
 
 LEVEL = 0.95
+_ENDLESS = 1e9  # degrees of freedom from which Student's t is the normal distribution
 _WIDEST = 30.0  # e^30: beyond any length, and its exponential is still a number
 
 
@@ -42,46 +44,54 @@ def precision_bias(rounds: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Variance:
-    """The variance of a mean, and how well it is known. rounds: its part due to the rounds alone.
+    """The variance of means, of shape (...), and how well it is known.
 
-    total: over rounds and waypoints; the part that stays for these very waypoints is `rounds`. *_freedom: degrees of
-    freedom of either.
+    total: over rounds and waypoints; rounds: its part due to the rounds alone, which is what stays for these very
+    waypoints; *_freedom: degrees of freedom of either.
     """
 
-    total: float
-    total_freedom: float
-    rounds: float
-    rounds_freedom: float
+    total: FloatArray
+    total_freedom: FloatArray
+    rounds: FloatArray
+    rounds_freedom: FloatArray
 
 
 def two_way_variance(tables: Sequence[FloatArray]) -> Variance:
-    """Variance of the mean over all waypoints of several runs; each table (M_s, N_s) holds one run's pseudo-values.
+    """Variance of the mean over all waypoints of several runs; a table (..., M_s, N_s) holds a run's pseudo-values.
 
     Rounds are independent between runs, so their parts add up, each with the square of the run's share of waypoints.
     With one waypoint in all, the waypoints' part is not known and left out. Raises ValueError for a table of fewer
     than two rounds or without a waypoint.
     """
-    if not tables or any(table.ndim != 2 or len(table) < 2 or not table.shape[1] for table in tables):
+    if not tables or any(table.ndim < 2 or table.shape[-2] < 2 or not table.shape[-1] for table in tables):
         raise ValueError("expected tables of at least two rounds and one waypoint")
-    waypoints = sum(table.shape[1] for table in tables)
-    rounds = rounds_squared = interaction = 0.0
+    waypoints = sum(table.shape[-1] for table in tables)
+    rounds, rounds_squared, interaction = np.zeros((3, *tables[0].shape[:-2]))
     for table in tables:
-        M, N = table.shape
+        M, N = table.shape[-2:]
         share = (N / waypoints) ** 2
-        of_rounds, of_waypoints = table.mean(axis=1), table.mean(axis=0)
-        part = share * float(of_rounds.var(ddof=1)) / M
-        rounds += part
-        rounds_squared += part**2 / (M - 1)
+        of_rounds, of_waypoints = table.sum(axis=-1) / N, table.sum(axis=-2) / M
+        away = of_rounds - of_rounds.sum(axis=-1, keepdims=True) / M
+        part = share * (away**2).sum(axis=-1) / ((M - 1) * M)
+        rounds = rounds + part
+        rounds_squared = rounds_squared + part**2 / (M - 1)
         if N > 1:
-            rest = table - of_rounds[:, None] - of_waypoints + table.mean()
-            interaction += share * float((rest**2).sum()) / ((M - 1) * (N - 1) * M * N)
-    rounds_freedom = rounds**2 / rounds_squared if rounds_squared else math.inf
+            rest = table - away[..., None] - of_waypoints[..., None, :]
+            interaction = interaction + share * (rest**2).sum(axis=(-2, -1)) / ((M - 1) * (N - 1) * M * N)
+    rounds_freedom = _freedom(rounds, rounds_squared)
     if waypoints == 1:
         return Variance(rounds, rounds_freedom, rounds, rounds_freedom)
-    between = float(np.concatenate([table.mean(axis=0) for table in tables]).var(ddof=1)) / waypoints
-    total = max(rounds + between - interaction, rounds, between)
-    squared = rounds_squared + between**2 / (waypoints - 1)
-    return Variance(total, total**2 / squared if squared else math.inf, rounds, rounds_freedom)
+    columns = np.concatenate([table.sum(axis=-2) / table.shape[-2] for table in tables], axis=-1)
+    columns = columns - columns.sum(axis=-1, keepdims=True) / waypoints
+    between = (columns**2).sum(axis=-1) / ((waypoints - 1) * waypoints)
+    total = np.maximum(rounds + between - interaction, np.maximum(rounds, between))
+    freedom = _freedom(total, rounds_squared + between**2 / (waypoints - 1))
+    return Variance(total, freedom, rounds, rounds_freedom)
+
+
+def _freedom(variance: FloatArray, squared: FloatArray) -> FloatArray:
+    """Satterthwaite's degrees of freedom; endless for a variance of 0."""
+    return np.where(squared > 0, variance**2 / np.where(squared > 0, squared, 1.0), math.inf)
 
 
 def precision_table(positions: FloatArray) -> FloatArray:
@@ -92,28 +102,20 @@ def precision_table(positions: FloatArray) -> FloatArray:
     return pseudo_values(mean_distance(positions), without_each_round(positions))
 
 
-def saturated_table(positions: FloatArray, limit: float) -> FloatArray:
-    """As `precision_table`, of min(1, E / limit): one minus it is what a waypoint adds to the exact N-AUC (5.4)."""
-    return pseudo_values(
-        np.minimum(1.0, mean_distance(positions) / limit), np.minimum(1.0, without_each_round(positions) / limit)
-    )
-
-
 def heading_table(headings: FloatArray) -> FloatArray:
     """As `precision_table`, of Delta from (M, N) headings in radians.
 
     Deviations of a few degrees from the circular mean add like lengths, so they are treated as such.
     """
-    mean = np.arctan2(np.sin(headings).mean(axis=0), np.cos(headings).mean(axis=0))
-    deviations = np.arctan2(np.sin(headings - mean), np.cos(headings - mean))
-    line = np.stack([deviations, np.zeros_like(deviations)], axis=-1)
+    line = wrap(headings - np.arctan2(np.sin(headings).sum(axis=0), np.cos(headings).sum(axis=0)))[..., None]
     return pseudo_values(mean_distance(line), without_each_round(line))
 
 
 def mean_distance(positions: FloatArray) -> FloatArray:
     """(..., N) mean distance to the mean, E, of (..., M, N, D) positions."""
-    offsets = positions - positions.mean(axis=-3, keepdims=True)
-    return np.asarray(np.sqrt((offsets**2).sum(axis=-1)).mean(axis=-2))
+    rounds = positions.shape[-3]
+    offsets = positions - positions.sum(axis=-3, keepdims=True) / rounds
+    return np.asarray(np.sqrt((offsets**2).sum(axis=-1)).sum(axis=-2) / rounds)
 
 
 def without_each_round(positions: FloatArray) -> FloatArray:
@@ -127,14 +129,18 @@ def without_each_round(positions: FloatArray) -> FloatArray:
     return np.asarray(distances.sum(axis=1) / (M - 1) * precision_bias(M) / precision_bias(M - 1))
 
 
-def log_half_width(mean: float, variance: float, freedom: float, level: float = LEVEL) -> float:
+def log_half_width(
+    mean: npt.ArrayLike, variance: npt.ArrayLike, freedom: npt.ArrayLike, level: float = LEVEL
+) -> FloatArray:
     """Half the width of the interval of a positive mean, as a logarithm: t sqrt(V) / mean, or 0 for a mean of 0."""
-    return min(quantile(level, freedom) * math.sqrt(variance) / mean, _WIDEST) if mean > 0 else 0.0
+    mean = np.asarray(mean, dtype=np.float64)
+    spread = quantile(level, freedom) * np.sqrt(variance)
+    return np.where(mean > 0, np.minimum(spread / np.where(mean > 0, mean, 1.0), _WIDEST), 0.0)
 
 
-def quantile(level: float, freedom: float) -> float:
+def quantile(level: float, freedom: npt.ArrayLike) -> FloatArray:
     """Student's t for a two-sided interval of that level."""
-    return float(stdtrit(freedom, 0.5 + level / 2))
+    return np.asarray(stdtrit(np.minimum(freedom, _ENDLESS), 0.5 + level / 2))
 
 
 def rounds_to_halve(rounds: int, level: float = LEVEL) -> int:

@@ -1,11 +1,13 @@
 """metrics.json: the results of runs as numbers, versioned (docs/metrics.md). What is not defined is null.
 
-Positions are metres in `map`, angles radians, poses [x, y, theta].
+Positions are metres in `map`, angles radians, poses [x, y, theta]. What a run holds by the dozen is a plain dataclass:
+a tenth of a pydantic model's memory, and its numbers were checked when the journal was read.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from textwrap import indent
 from typing import Literal, TypeAlias
@@ -25,21 +27,24 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Position(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Position:
     """E and e in metres."""
 
     precision_m: float | None
     accuracy_m: float | None
 
 
-class Orientation(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Orientation:
     """Delta (round to round) and delta (to the goal) in radians."""
 
     precision_rad: float | None
     accuracy_rad: float | None
 
 
-class ErrorShare(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorShare:
     """One of the two shares of an arrival error (protocol 7.3 #9); spread: its part that differs between rounds."""
 
     position_m: float | None
@@ -47,7 +52,8 @@ class ErrorShare(_Part):
     spread_m: float | None
 
 
-class Repeatability(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repeatability:
     """Pose accuracy AP and pose repeatability RP of ISO 9283, position and heading."""
 
     pose_accuracy_m: float | None = None
@@ -56,7 +62,8 @@ class Repeatability(_Part):
     pose_repeatability_rad: float | None = None
 
 
-class Visit(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Visit:
     """One arrival. A pose that was not measured is null."""
 
     round: int
@@ -66,7 +73,8 @@ class Visit(_Part):
     odometry: PoseRow | None
 
 
-class WaypointMetrics(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaypointMetrics:
     """One waypoint, by its index in the sequence. rounds: M; visits: rounds that reached it."""
 
     goal: int
@@ -84,7 +92,8 @@ class WaypointMetrics(_Part):
     arrivals: tuple[Visit, ...]
 
 
-class Failure(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
     """A goal that was not reached: where, when and why. blames: navigation or method (design D6)."""
 
     round: int
@@ -99,7 +108,8 @@ class Failure(_Part):
     estimate: PoseRow | None
 
 
-class RoundSummary(_Part):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoundSummary:
     """One round. outcome is null if the journal ends before the round does; reached: goals reached."""
 
     round: int

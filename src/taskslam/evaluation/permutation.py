@@ -79,7 +79,10 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 def cliffs_delta(a: FloatArray, b: FloatArray) -> float:
     """P(a > b) - P(a < b) over all pairs of values: -1 where every a is below every b (Cliff 1993)."""
-    return float(np.sign(a[:, None] - b[None]).mean())
+    ordered = np.sort(b)
+    below = np.searchsorted(ordered, a, "left").sum()
+    above = len(a) * len(b) - np.searchsorted(ordered, a, "right").sum()
+    return float((below - above) / (len(a) * len(b)))
 
 
 def _as_large(values: FloatArray, observed: float) -> npt.NDArray[np.bool_]:

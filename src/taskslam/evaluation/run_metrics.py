@@ -120,7 +120,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
 
 def _check(record: RunRecord) -> None:
     """Raise RecordError where the journal cannot belong to this manifest."""
-    manifest, where = record.manifest, record.directory
+    manifest, where, goals = record.manifest, record.directory, len(record.manifest.goals)
     if manifest.source == "replay":
         raise RecordError(
             f"{where}: an open-loop replay has no goals: `taskslam evaluate-trajectories` judges it per frame"
@@ -134,8 +134,8 @@ def _check(record: RunRecord) -> None:
     seen = set()
     for event in record.events:
         if isinstance(event, Arrival | GoalFailed):
-            if event.goal >= len(manifest.goals):
-                raise RecordError(f"{where}: goal {event.goal} in the journal; the sequence has {len(manifest.goals)}")
+            if event.goal >= goals:
+                raise RecordError(f"{where}: goal {event.goal} in the journal; the sequence has {goals}")
             if event.round not in numbers:
                 raise RecordError(f"{where}: goal {event.goal} ended in round {event.round}, which never began")
         if isinstance(event, Arrival):

@@ -70,51 +70,69 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
         raise ValueError("no run: expected at least one")
     known = [sample for sample in samples if sample.complete]
     visits = [sample.visits for sample in known if sample.visits is not None]
-    whole = bool(known) and len(visits) == len(known)
+    if len(visits) < len(known):
+        visits = []
     fewest = min(sample.rounds for sample in samples)
-    spread_known, distance_known = whole and fewest >= 3, whole and fewest >= 2
-    precision = [intervals.precision_table(v[..., :2]) for v in visits] if spread_known else []
-    heading = [intervals.heading_table(v[..., 2]) for v in visits] if spread_known else []
-    offsets = [v - sample.goals for v, sample in zip(visits, known, strict=True)] if distance_known else []
-    E = _mean_of([intervals.mean_distance(v[..., :2]) for v in visits]) if spread_known else None
     legs = _legs(samples, level)
     complete = _completeness(samples, missing, legs)
+    spread, E = _spread(visits, level) if visits and fewest >= 3 else ({}, [])
+    distance = _distance(visits, known, level) if visits and fewest >= 2 else {}
+    half = spread["total"] if spread else None
     return Uncertainty(
         level=level,
-        precision_m=_interval(precision, E, level),
-        precision_here_m=_interval(precision, E, level, here=True),
-        accuracy_m=_interval([np.hypot(o[..., 0], o[..., 1]) for o in offsets], None, level),
-        precision_rad=_interval(heading, None, level),
-        accuracy_rad=_interval([np.abs(wrap(o[..., 2])) for o in offsets], None, level),
+        precision_m=_interval(spread, "total"),
+        precision_here_m=_interval(spread, "here"),
+        accuracy_m=_interval(distance, "position"),
+        precision_rad=_interval(spread, "heading"),
+        accuracy_rad=_interval(distance, "heading"),
         completeness=complete,
-        n_auc_exact=_n_auc(samples, missing, visits if spread_known else [], complete, level) if fewest > 1 else None,
-        precision_unbiased_m=_unbiased(visits) if distance_known else None,
+        n_auc_exact=_n_auc(samples, missing, E, half, complete) if fewest > 1 else None,
+        precision_unbiased_m=_unbiased(visits) if visits and fewest >= 2 else None,
         legs=legs,
         rounds_to_halve=intervals.rounds_to_halve(fewest, level) if fewest >= 3 else None,
     )
 
 
-def _interval(tables: list[FloatArray], mean: float | None, level: float, here: bool = False) -> Interval | None:
-    """About the mean, or about the tables' own; None without a table."""
-    if not tables:
-        return None
-    half = _half_width(tables, mean, level, here)
-    centre = _mean_of(tables) if mean is None else mean
-    return Interval(low=centre * math.exp(-half), high=centre * math.exp(half))
+Ends = tuple[float, float]
+"""A mean and half its interval's width, as a logarithm."""
 
 
-def _half_width(tables: list[FloatArray], mean: float | None, level: float, here: bool = False) -> float:
+def _spread(visits: Sequence[FloatArray], level: float) -> tuple[dict[str, Ends], list[FloatArray]]:
+    """E over rounds and waypoints (`total`) and over rounds (`here`), and Delta (`heading`); E of every waypoint."""
+    E = [intervals.mean_distance(v[..., :2]) for v in visits]
+    tables = [np.stack([intervals.precision_table(v[..., :2]), intervals.heading_table(v[..., 2])]) for v in visits]
     variance = intervals.two_way_variance(tables)
-    chosen = (variance.rounds, variance.rounds_freedom) if here else (variance.total, variance.total_freedom)
-    return intervals.log_half_width(_mean_of(tables) if mean is None else mean, *chosen, level)
+    means = np.array([_mean_of(E), _mean_of([table[1] for table in tables])])
+    total = intervals.log_half_width(means, variance.total, variance.total_freedom, level)
+    here = intervals.log_half_width(means, variance.rounds, variance.rounds_freedom, level)
+    ends = {"total": (means[0], total[0]), "here": (means[0], here[0]), "heading": (means[1], total[1])}
+    return ends, E
 
 
-def _mean_of(tables: list[FloatArray]) -> float:
-    """Mean over all waypoints, each with weight 1, whatever the rounds of its run."""
-    return float(np.concatenate([table.mean(axis=0) if table.ndim == 2 else table for table in tables]).mean())
+def _distance(visits: Sequence[FloatArray], samples: Sequence[Sample], level: float) -> dict[str, Ends]:
+    """Accuracy in `position`, e, and in `heading`, delta."""
+    offsets = [v - sample.goals for v, sample in zip(visits, samples, strict=True)]
+    tables = [np.stack([np.hypot(o[..., 0], o[..., 1]), np.abs(wrap(o[..., 2]))]) for o in offsets]
+    variance = intervals.two_way_variance(tables)
+    means = np.array([_mean_of([table[kind] for table in tables]) for kind in (0, 1)])
+    half = intervals.log_half_width(means, variance.total, variance.total_freedom, level)
+    return {"position": (means[0], half[0]), "heading": (means[1], half[1])}
 
 
-def _unbiased(visits: list[FloatArray]) -> float:
+def _interval(ends: dict[str, Ends], name: str) -> Interval | None:
+    if name not in ends:
+        return None
+    mean, half = (float(number) for number in ends[name])
+    return Interval(low=mean * math.exp(-half), high=mean * math.exp(half))
+
+
+def _mean_of(tables: Sequence[FloatArray]) -> float:
+    """Mean over all waypoints, each with weight 1, whatever the rounds of its run; of (M, N) tables or (N,) values."""
+    total = math.fsum(float(table.sum()) / (len(table) if table.ndim == 2 else 1) for table in tables)
+    return total / sum(int(table.shape[-1]) for table in tables)
+
+
+def _unbiased(visits: Sequence[FloatArray]) -> float:
     return _mean_of([intervals.mean_distance(v[..., :2]) / intervals.precision_bias(len(v)) for v in visits])
 
 
@@ -144,19 +162,19 @@ def _completeness(samples: Sequence[Sample], missing: int, legs: Legs) -> Interv
 
 
 def _n_auc(
-    samples: Sequence[Sample], missing: int, visits: list[FloatArray], complete: Interval, level: float
+    samples: Sequence[Sample], missing: int, E: Sequence[FloatArray], spread: Ends | None, complete: Interval
 ) -> Interval | None:
-    """The exact N-AUC is completeness times the mean of 1 - E / 120 cm over complete waypoints: both vary, and apart.
+    """The exact N-AUC is completeness times the mean of 1 - min(E, 120 cm) / 120 cm over complete waypoints.
 
-    Their distances to the ends, as logarithms, add in quadrature (Zou, Donner: Statistics in Medicine 27, 2008).
+    Both vary, and apart: the distances to the ends of their intervals, as logarithms, add in quadrature (Zou, Donner:
+    Statistics in Medicine 27, 2008). The second has the relative interval of E.
     """
     observed = sum(sample.complete for sample in samples) / (sum(sample.planned for sample in samples) + missing)
     if observed == 0:
         return Interval(low=0.0, high=complete.high)
-    if not visits:
+    if spread is None:
         return None
-    lost = _mean_of([np.minimum(1.0, intervals.mean_distance(v[..., :2]) / EXACT_RANGE) for v in visits])
-    half = _half_width([intervals.saturated_table(v[..., :2], EXACT_RANGE) for v in visits], lost, level)
+    lost, half = _mean_of([np.minimum(1.0, values / EXACT_RANGE) for values in E]), float(spread[1])
     area, low, high = 1 - lost, max(1 - lost * math.exp(half), 0.0), 1 - lost * math.exp(-half)
     down = math.hypot(_log_ratio(observed, complete.low), _log_ratio(area, low))
     up = math.hypot(_log_ratio(complete.high, observed), _log_ratio(high, area))

@@ -56,9 +56,9 @@ def orientation_precision(visits: FloatArray, deviations: Deviations = NONE) -> 
 
 def mean_pose(visits: FloatArray) -> FloatArray:
     """(..., 3) mean position and circular mean heading; NaN without a visit (protocol 5.2)."""
-    theta = visits[..., 2]
-    heading = np.arctan2(known_mean(np.sin(theta)), known_mean(np.cos(theta)))
-    return np.stack([known_mean(visits[..., 0]), known_mean(visits[..., 1]), heading], axis=-1)
+    x, y, theta = np.moveaxis(visits, -1, 0)
+    means = known_mean(np.stack([x, y, np.cos(theta), np.sin(theta)]))
+    return np.stack([means[0], means[1], np.arctan2(means[3], means[2])], axis=-1)
 
 
 def known_mean(values: FloatArray, fewest: int = 1) -> FloatArray:
