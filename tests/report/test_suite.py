@@ -96,7 +96,7 @@ def test_known_limits_are_printed_with_the_result(page):
 
 
 def test_the_overview_comes_first_and_every_scenario_has_a_section(page):
-    title = page.index("<h1>3 methods, 2 scenarios</h1>")
+    title = page.index("<h1>3 methods in 2 scenarios</h1>")
     assert (
         title < page.index("<h2>Cumulative precision</h2>") < page.index("<h2>Hall</h2>") < page.index("<h2>House</h2>")
     )
@@ -112,14 +112,15 @@ def test_few_runs_stay_open(make_run, tmp_path):
         make_run(name, method=name)
     text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
     assert '<details class="run"' not in text
-    assert "<h1>3 methods, 1 scenario</h1>" in text
+    assert "<h1>Test house</h1>" in text
+    assert "TaskSLAM-Bench · 3 methods<" in text
 
 
 def test_two_methods_in_one_scenario_are_no_suite(make_run, tmp_path):
     make_run("a", method="a")
     make_run("b", method="b", mode="with-map")
     assert not is_suite(views(tmp_path / "results"))
-    assert "TaskSLAM-Bench · suite" not in write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert 'class="findings' not in write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
 
 
 def test_a_failure_bears_the_same_number_on_the_plan_and_at_its_story(page):

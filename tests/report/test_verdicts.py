@@ -44,6 +44,15 @@ def test_if_nobody_arrived_everywhere_the_one_who_came_furthest_is_named(make_ru
     assert verdicts()[0] == "No method reached every waypoint in every round; a came furthest with 67 %."
 
 
+def test_a_method_that_lacks_a_mode_is_named(make_run, verdicts):
+    make_run("a", method="a")
+    make_run("b", method="b", mode="with-map")
+    make_run("c", method="c", mode="with-map")
+    said = verdicts()
+    assert "b and c have no run in this mode." in said
+    assert "a has no run in this mode." in said
+
+
 def test_names_are_escaped(make_run, tmp_path):
     for name in "ab":
         make_run(name, method=f"<i>{name}")

@@ -14,6 +14,9 @@ def report(
 ) -> None:
     """Write one HTML page about finished runs, with all its pictures in it; it opens without a network.
 
+    Verdicts first, then figures and tables with filters and a switch of units, the rounds behind every waypoint, and
+    what led to each failure. What could not be read is named on the page.
+
     Examples:
         taskslam report results
 

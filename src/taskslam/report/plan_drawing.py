@@ -54,9 +54,9 @@ def plan_view(plan: FloorPlan | None, points: Iterable[FloatArray]) -> PlanView:
     return PlanView(float(low[0]), float(high[1]), scale, float(size[0]) * scale, float(size[1]) * scale)
 
 
-def begin_plan(plan: FloorPlan | None, view: PlanView, label: str) -> Svg:
-    """Begin a drawing with the floor plan, or white, and its scale bar below."""
-    svg = Svg(view.width, view.height + _FOOT, label)
+def begin_plan(plan: FloorPlan | None, view: PlanView, label: str, role: str = "img") -> Svg:
+    """Begin a drawing with the floor plan, or white, and its scale bar below; role as in `Svg`."""
+    svg = Svg(view.width, view.height + _FOOT, label, role=role)
     if plan is not None:
         draw_plan(svg, plan, view)
     draw_scale_bar(svg, view.scale, view.height + 18)

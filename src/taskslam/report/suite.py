@@ -116,14 +116,21 @@ class SuiteView:
 
     @property
     def title(self) -> str:
-        """How many methods and scenarios; references apart."""
+        """The one scenario's title, or how many there are."""
+        if len(self.scenarios) == 1:
+            return self.scenarios[0].title
+        return f"{self.who} in {len(self.scenarios)} scenarios"
+
+    @property
+    def who(self) -> str:
+        """How many methods; references apart."""
         references = sum(method.entries[0].is_reference for method in self.methods)
-        counts = [
-            (len(self.methods) - references, "method"),
-            (references, "reference"),
-            (len(self.scenarios), "scenario"),
-        ]
-        return ", ".join(words.count(number, what) for number, what in counts if number)
+        counts = [(len(self.methods) - references, "method"), (references, "reference")]
+        return " and ".join(words.count(number, what) for number, what in counts if number)
+
+    def absent(self, mode: str) -> list[str]:
+        """Methods that have no run in a mode and a run in another."""
+        return [method.name for method in self.methods if all(entry.mode != mode for entry in method.entries)]
 
     @property
     def waypoints(self) -> int:

@@ -13,13 +13,24 @@ from taskslam.geometry import FloatArray
 class Svg:
     """An SVG drawing in its own units, y downwards. `label` is what a screen reader says."""
 
-    def __init__(self, width: float, height: float, label: str, kind: str = "drawing", stretched: bool = False) -> None:
-        """Begin a drawing. kind: its class in the page; stretched: it fills its box without keeping its proportions."""
+    def __init__(
+        self,
+        width: float,
+        height: float,
+        label: str,
+        kind: str = "drawing",
+        stretched: bool = False,
+        role: str = "img",
+    ) -> None:
+        """Begin a drawing. kind: its class in the page; stretched: it fills its box without keeping its proportions.
+
+        role: `img`, or `group` if there are links in it, which a screen reader then finds.
+        """
         stretch = 'preserveAspectRatio="none" ' if stretched else ""
         self._head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" class="{kind}" style="--width: {number(width)}px" {stretch}'
             f'viewBox="0 0 {number(width)} {number(height)}" '
-            f'role="img" aria-label="{escape(label)}">'
+            f'role="{role}" aria-label="{escape(label)}">'
         )
         self._parts: list[str] = []
 

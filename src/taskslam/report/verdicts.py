@@ -51,14 +51,22 @@ def split(metrics: RunMetrics, units: Units) -> Markup:
     return varied.format(text, units.length(control.spread_m, True), units.length(estimation.spread_m, True), limit)
 
 
-def mode_verdicts(ranked: Sequence[Entry], units: Units, compared: ComparisonView | None = None) -> list[Markup]:
-    """Sentences on all methods in one mode. ranked: the most complete and then the most precise first."""
+def mode_verdicts(
+    ranked: Sequence[Entry], units: Units, compared: ComparisonView | None, absent: Sequence[str]
+) -> list[Markup]:
+    """Sentences on all methods in one mode. ranked: the most complete and then the most precise first.
+
+    absent: methods that ran in another mode only.
+    """
     references = [entry for entry in ranked if entry.is_reference]
     methods = [entry for entry in ranked if not entry.is_reference]
     sentences = [*_arrived(methods, units), *_more_repeatable(methods, compared)]
     sentences += [_fell_short(entry) for entry in methods if not entry.complete]
     sentences += [_reference(entry, units) for entry in references]
-    return sentences or [Markup("Nothing ran.")]
+    if absent:
+        names = listed([bold(name) for name in absent])
+        sentences.append(Markup("{} {} no run in this mode.").format(names, "has" if len(absent) == 1 else "have"))
+    return sentences
 
 
 def _arrived(methods: Sequence[Entry], units: Units) -> list[Markup]:

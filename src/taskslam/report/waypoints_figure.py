@@ -24,7 +24,7 @@ def waypoints_figure(
     """Draw it. complete: whether every run of the scenario reached a goal every time; anchor: of the scenario."""
     poses = [*goals, *((start,) if start else ()), *(failure.at for failure in failures)]
     view = plan_view(plan, [np.array([[pose.x, pose.y] for pose in poses])])
-    svg = begin_plan(plan, view, f"Floor plan with {len(goals)} waypoints and {len(failures)} failures")
+    svg = begin_plan(plan, view, f"Floor plan with {len(goals)} waypoints and {len(failures)} failures", "group")
     if start is not None:
         draw_start(svg, start, view)
     for index, (goal, always) in enumerate(zip(goals, complete, strict=True)):
