@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from taskslam.errors import InputError
 from taskslam.geometry import FloatArray
+from taskslam.realworld.fully_visible import MOST_RESIDUAL_PX
 from taskslam.realworld.spatial_pose import both_poses
 from taskslam.realworld.tag_plane import CORNER_NOISE_PX, PlanarFit, TagPlane, fit_in_plane, tag_square
 
@@ -24,6 +25,8 @@ ENOUGH_PLACES = 10
 _MOST_IN_A_PLACE = 4
 _MOST = 400
 _STARTS = 12
+_ROUNDS = 3
+_OUTLIER = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +62,26 @@ def calibrate_plane(rays: FloatArray, size: float, focal: float, from_above: boo
     square = tag_square(size, from_above)
     start = _start(rays, size, focal, from_above)
     fit = fit_in_plane(rays, square, start, focal)
-    chosen, places = _spread(fit, size)
+    good = rays[np.nan_to_num(fit.residual_px, nan=np.inf) <= _outlier_px(fit)]
+    for _ in range(_ROUNDS):
+        found = _adjusted(good, start, size, focal)
+        fit = fit_in_plane(good, square, found.plane, focal)
+        kept = fit.residual_px <= _outlier_px(fit)
+        if kept.all():
+            break
+        start, good = found.plane, good[kept]
+    return found
+
+
+def _outlier_px(fit: PlanarFit) -> float:
+    """Above this residual a sighting is a blurred or cut tag, and no part of the plane."""
+    return max(MOST_RESIDUAL_PX, _OUTLIER * float(np.nanmedian(fit.residual_px)))
+
+
+def _adjusted(rays: FloatArray, start: TagPlane, size: float, focal: float) -> PlaneCalibration:
+    """Least squares over the plane from one near by, with sightings from all places alike."""
+    square = tag_square(size, start.from_above)
+    chosen, places = _spread(fit_in_plane(rays, square, start, focal), size)
     used = rays[chosen]
 
     def residuals(unknown: FloatArray) -> FloatArray:
