@@ -61,9 +61,8 @@ def calibrate(
     """
     from taskslam.errors import InputError, did_you_mean
     from taskslam.realworld.boards import parse_board
-    from taskslam.realworld.calibration import calibrate as solve
     from taskslam.realworld.calibration_guidance import guidance
-    from taskslam.realworld.calibration_images import collect_views
+    from taskslam.realworld.calibration_images import calibrate_from, collect_views
     from taskslam.realworld.camera_files import save_camera
     from taskslam.realworld.camera_model import DistortionModel
     from taskslam.report.calibration_page import write_calibration_page
@@ -75,7 +74,7 @@ def calibrate(
     collected = collect_views(images, seen)
     for refused, reason in collected.refused:
         typer.echo(f"not used  {refused}: {reason}", err=True)
-    result = solve(collected.views, collected.size, name, DistortionModel(model))
+    result = calibrate_from(collected, seen, name, DistortionModel(model))
     for fitted in result.dropped:
         typer.echo(f"left out  {fitted.view.name}: {fitted.rms:.2f} px, disagrees with the rest", err=True)
     save_camera(out, result.camera)

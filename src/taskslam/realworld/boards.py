@@ -19,6 +19,7 @@ from taskslam.geometry import FloatArray
 from taskslam.realworld.detector import Detector
 from taskslam.realworld.extra import load_opencv
 from taskslam.realworld.pdf import Page
+from taskslam.realworld.rectification import Rectifier
 from taskslam.realworld.tag_family import CELLS, DEFAULT_FAMILY, code_cells
 from taskslam.realworld.tag_sheets import FOOTER, MARGIN, draw_footer
 
@@ -193,32 +194,44 @@ class BoardFinder:
         if self._tags is not None:
             self._tags.close()
 
-    def find(self, image: npt.NDArray[np.uint8], name: str = "image") -> Found | None:
-        """The corners in an image; None where too few are seen to be of use.
+    @property
+    def wants_rectified(self) -> bool:
+        """Whether corners become better in rectified images: those of tags do, those between squares do not."""
+        return self._tags is not None
+
+    def find(
+        self, image: npt.NDArray[np.uint8], name: str = "image", rectifier: Rectifier | None = None
+    ) -> Found | None:
+        """The corners in a raw image; None where too few are seen to be of use.
+
+        rectifier: look in the rectified image, and bend what is found back.
 
         Raises:
             DetectorError: the tag detector died over the image.
         """
         if isinstance(self._board, AprilGrid):
-            return _usable(self._find_tags(image, name, self._board))
+            return _usable(self._find_tags(image, name, self._board, rectifier))
         corners, ids, _, _ = self._charuco.detectBoard(image)
         if ids is None:
             return None
         pixels = np.asarray(corners, np.float64).reshape(-1, 2)
         return _usable(Found(self._points[ids.ravel()], pixels, np.zeros_like(pixels)))
 
-    def _find_tags(self, image: npt.NDArray[np.uint8], name: str, board: AprilGrid) -> Found:
+    def _find_tags(
+        self, image: npt.NDArray[np.uint8], name: str, board: AprilGrid, rectifier: Rectifier | None
+    ) -> Found:
         assert self._tags is not None
-        high = np.array(image.shape[::-1]) - 1 - _INSIDE_PX
-        tags = [
-            tag
-            for tag in self._tags.detect(image, name)
-            if (tag.corners >= _INSIDE_PX).all() and (tag.corners <= high).all()
-        ]
+        tags = self._tags.detect(rectifier.image(image) if rectifier else image, name)
         once = [tag for tag in tags if sum(other.id == tag.id for other in tags) == 1]
-        points = [board.corners(tag.id) for tag in once]
-        pixels = np.array([tag.corners for tag in once]).reshape(-1, 4, 2)
-        return Found(np.array(points).reshape(-1, 3), pixels.reshape(-1, 2), _outward(pixels).reshape(-1, 2))
+        seen = np.array([tag.corners for tag in once]).reshape(-1, 2)
+        outward = _outward(seen.reshape(-1, 4, 2)).reshape(-1, 2)
+        if rectifier:
+            outward = rectifier.raw(seen + outward / 2) - rectifier.raw(seen - outward / 2)
+            seen = rectifier.raw(seen)
+        points = np.array([board.corners(tag.id) for tag in once]).reshape(-1, 3)
+        high = np.array(image.shape[::-1]) - 1 - _INSIDE_PX
+        inside = ((seen >= _INSIDE_PX) & (seen <= high)).all(1).reshape(-1, 4).all(1).repeat(4)
+        return Found(points[inside], seen[inside], outward[inside])
 
 
 def _outward(corners: FloatArray) -> FloatArray:

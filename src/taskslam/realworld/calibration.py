@@ -7,7 +7,7 @@ larger of that and of the one that comes from leaving out each view in turn (`ca
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from taskslam.geometry import FloatArray
 from taskslam.realworld.calibration_uncertainty import Uncertainty, parameter_names, uncertainty
 from taskslam.realworld.camera_model import Camera, DistortionModel
 from taskslam.realworld.extra import load_opencv
+from taskslam.realworld.images import GreyImage
 
 FEWEST_VIEWS = 4
 GOOD_RMS_PX = 0.5
@@ -34,14 +35,14 @@ class View:
     """The board in one picture.
 
     points: (N, 3) on the board, m; pixels: (N, 2); outward: (N, 2) how far a corner moves, px, where the edges that
-    meet in it lie one pixel further out, zero for corners between squares; thumbnail: a small JPEG, or empty.
+    meet in it lie one pixel further out, zero for corners between squares; picture: gives the image again.
     """
 
     name: str
     points: FloatArray
     pixels: FloatArray
     outward: FloatArray
-    thumbnail: bytes = b""
+    picture: Callable[[], GreyImage] | None = None
 
 
 @dataclass(frozen=True, eq=False)

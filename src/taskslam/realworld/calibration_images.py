@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import io
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
 
 from taskslam.errors import CameraError, DetectorError, InputError
 from taskslam.geometry import FloatArray
 from taskslam.realworld.boards import AprilGrid, BoardFinder, CharucoBoard, Found
-from taskslam.realworld.calibration import View
+from taskslam.realworld.calibration import Calibration, View, calibrate
+from taskslam.realworld.camera_model import DistortionModel
 from taskslam.realworld.extra import load_opencv
 from taskslam.realworld.images import SUFFIXES, GreyImage, list_images, read_grey
+from taskslam.realworld.rectification import Rectifier
 
-THUMBNAIL_WIDTH = 360
-
+_RECTIFIED_TURNS = 2
 _MOST_VIEWS = 60  # of a video: more add time, not knowledge
 _LOOKS_PER_SECOND = 3.0
 _MOST_LOOKS = 1200
@@ -67,6 +67,35 @@ def collect_views(sources: Sequence[Path], board: CharucoBoard | AprilGrid) -> C
     return CollectedViews(size, tuple(view for other, view in views if other == size), tuple(refused))
 
 
+def calibrate_from(
+    collected: CollectedViews, board: CharucoBoard | AprilGrid, name: str, model: DistortionModel
+) -> Calibration:
+    """The camera that took the pictures; for boards of tags their corners are found again in rectified pictures.
+
+    Raises:
+        CameraError: see `calibration.calibrate`.
+    """
+    result = calibrate(collected.views, collected.size, name, model)
+    with BoardFinder(board) as finder:
+        if not finder.wants_rectified:
+            return result
+        for _ in range(_RECTIFIED_TURNS):
+            rectifier = Rectifier(result.camera)
+            views = [_again(fitted.view, finder, rectifier) for fitted in result.used]
+            again = calibrate([view for view in views if view is not None], collected.size, name, model)
+            result = replace(again, views=(*again.views, *result.dropped))
+    return result
+
+
+def _again(view: View, finder: BoardFinder, rectifier: Rectifier) -> View | None:
+    assert view.picture is not None
+    try:
+        found = finder.find(view.picture(), view.name, rectifier)
+    except (InputError, DetectorError):
+        return None
+    return None if found is None else _view(view.name, found, view.picture)
+
+
 def _look_at(
     file: Path, finder: BoardFinder, views: list[tuple[tuple[int, int], View]], refused: list[tuple[str, str]]
 ) -> None:
@@ -79,7 +108,7 @@ def _look_at(
     if found is None:
         refused.append((file.name, "no board, or too little of it"))
     else:
-        views.append((_size(image), _view(file.name, image, found)))
+        views.append((_size(image), _view(file.name, found, partial(read_grey, file))))
 
 
 def _from_video(
@@ -119,7 +148,7 @@ def _from_video(
     if not found:
         refused.append((file.name, f"no still view of the board in {looks} frames looked at"))
     for at, image, seen in _most_different(found, _MOST_VIEWS):
-        yield _size(image), _view(f"{file.name} frame {at}", image, seen)
+        yield _size(image), _view(f"{file.name} frame {at}", seen, partial(np.copy, image))
 
 
 def _most_different(found: list[tuple[int, GreyImage, Found]], count: int) -> list[tuple[int, GreyImage, Found]]:
@@ -163,9 +192,5 @@ def _size(image: GreyImage) -> tuple[int, int]:
     return int(image.shape[1]), int(image.shape[0])
 
 
-def _view(name: str, image: GreyImage, found: Found) -> View:
-    picture = Image.fromarray(image)
-    picture.thumbnail((THUMBNAIL_WIDTH, THUMBNAIL_WIDTH))
-    buffer = io.BytesIO()
-    picture.save(buffer, "JPEG", quality=70)
-    return View(name, found.points, found.pixels, found.outward, buffer.getvalue())
+def _view(name: str, found: Found, picture: Callable[[], GreyImage]) -> View:
+    return View(name, found.points, found.pixels, found.outward, picture)

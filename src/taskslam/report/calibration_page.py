@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
@@ -10,16 +11,19 @@ from pathlib import Path
 import jinja2
 import numpy as np
 from markupsafe import Markup
+from PIL import Image
 
 from taskslam.geometry import FloatArray
 from taskslam.realworld.calibration import Calibration, FittedView
 from taskslam.realworld.calibration_guidance import guidance
+from taskslam.realworld.images import GreyImage
 from taskslam.record.files import write_whole, writing
 from taskslam.report.palette import BLUE, HAIRLINE, INK, MUTED, VERMILION
 from taskslam.report.svg import Svg
 
 _WIDTH = 480.0
 _MOST_DOTS = 6000
+_THUMBNAIL = 360  # px
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
 
@@ -113,8 +117,8 @@ def _picture(calibration: Calibration, fitted: FittedView) -> Markup:
     scale = width / camera.width
     colour = BLUE if fitted.used else VERMILION
     svg = Svg(width, camera.height * scale, f"{fitted.view.name}: {fitted.rms:.2f} px")
-    if fitted.view.thumbnail:
-        data = base64.b64encode(fitted.view.thumbnail).decode("ascii")
+    if fitted.view.picture is not None:
+        data = base64.b64encode(_thumbnail(fitted.view.picture())).decode("ascii")
         svg.add("image", href=f"data:image/jpeg;base64,{data}", width=width, height=camera.height * scale)
     enlarged = 12.0 / max(calibration.rms, 1e-6)
     arrows: FloatArray = np.clip(fitted.errors * enlarged, -60, 60)
@@ -122,6 +126,14 @@ def _picture(calibration: Calibration, fitted: FittedView) -> Markup:
         svg.line(x, y, x + dx, y + dy, stroke=colour, stroke_width=1)
         svg.circle(x, y, 1.4, fill=colour)
     return svg.markup()
+
+
+def _thumbnail(image: GreyImage) -> bytes:
+    picture = Image.fromarray(image)
+    picture.thumbnail((_THUMBNAIL, _THUMBNAIL))
+    buffer = io.BytesIO()
+    picture.save(buffer, "JPEG", quality=70)
+    return buffer.getvalue()
 
 
 def _frame(svg: Svg, height: float) -> None:
