@@ -157,6 +157,20 @@ def test_runs_that_cannot_be_read_are_named(make_run, tmp_path):
     assert "journal.jsonl, line 1" in text
 
 
+def test_a_journal_that_was_cut_off_is_said(make_run, tmp_path):
+    journal = make_run() / "journal.jsonl"
+    journal.write_bytes(journal.read_bytes()[:-20])
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert "the last line was cut off" in text[text.index('<section id="left-out">') :]
+
+
+def test_if_nothing_can_be_read_the_page_says_why(make_run, tmp_path):
+    (make_run() / "journal.jsonl").write_text("nonsense\n")
+    page = write_report([tmp_path / "results"], tmp_path / "r.html")
+    assert parse(page).faults == []
+    assert "journal.jsonl, line 1" in page.read_text()
+
+
 def test_a_folder_without_runs_is_refused(tmp_path):
     with pytest.raises(RecordError, match="holds no run"):
         write_report([tmp_path], tmp_path / "r.html")

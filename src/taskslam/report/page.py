@@ -65,7 +65,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         scenarios=scenarios,
         folded=len(runs) > MOST_OPEN_RUNS,
         left_out=left_out,
-        damaged=[(run.metrics.directory, reason) for run in runs for reason in run.damage],
+        damaged=[(run.metrics.directory, reason) for run in runs for reason in _damage(run)],
         modes=modes,
         methods=[(name, marker_icon(look, name), look.key) for name, look in styles.items()],
         cards_shown=_cards(runs),
@@ -116,6 +116,12 @@ def _policy(style: str, script: str) -> str:
         f"default-src 'none'; script-src {own_script}; style-src-elem {own_style}; style-src-attr 'unsafe-inline'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
+
+
+def _damage(run: RunView) -> list[str]:
+    """What could not be read of a run that is on the page."""
+    cut = ["journal.jsonl: the last line was cut off"] if run.metrics.journal_truncated else []
+    return [*cut, *run.damage]
 
 
 def _cards(runs: Sequence[RunView]) -> list[tuple[str, Markup, str, dict[str, object]]]:
