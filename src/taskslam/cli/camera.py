@@ -88,3 +88,80 @@ def calibrate(
     for sentence in guidance(result):
         typer.echo(f"  ! {sentence}")
     typer.echo(f"{out}, {page}")
+
+
+@app.command()
+def record(
+    source: Annotated[
+        str, typer.Argument(metavar="SOURCE", help="A camera's index (0), a stream's URL (rtsp, http) or a video file.")
+    ],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the pictures; an earlier one is continued.")],
+    ids: Annotated[str, typer.Option(help="Only these tags, such as 7 or 0-3; all by default.")] = "",
+    family: Annotated[str, typer.Option(help="Tag family.")] = "tag36h11",
+    rate: Annotated[float, typer.Option(help="Most pictures kept each second.")] = 5.0,
+    quality: Annotated[int, typer.Option(help="JPEG quality, 1 to 100.")] = 95,
+    size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Asked of a USB camera, px.")] = "",
+    decimate: Annotated[float, typer.Option(min=1.0, max=8.0, help="Shrink frames by this to look for tags.")] = 2.0,
+    duration: Annotated[float | None, typer.Option(metavar="SECONDS", help="Stop after this long.")] = None,
+    start: Annotated[
+        str, typer.Option(metavar="UTC", help="When a video file began, such as 2026-05-22T14:03:00Z.")
+    ] = "",
+    port: Annotated[int, typer.Option(help="Of the preview page, on this computer only; 0 takes a free one.")] = 0,
+) -> None:
+    """Record the arrivals that a camera at a waypoint sees: pictures with a tag in view, named by their UTC time.
+
+    A source that is lost is opened again. Ctrl-C ends the recording; the same command goes on with it. The offset of
+    this computer's clock is noted with each picture, where chrony or systemd tells it.
+
+    Examples: `taskslam camera record 0 --out overhead/east --ids 7`,
+    `taskslam camera record rtsp://10.0.0.5/stream --out overhead/west`
+    """
+    import re
+    import threading
+
+    from taskslam.errors import DiskFullError, InputError
+    from taskslam.realworld.preview import Preview
+    from taskslam.realworld.recording import RecordSettings
+    from taskslam.realworld.recording import record as run
+    from taskslam.realworld.tag_sheets import parse_ids
+    from taskslam.realworld.video_source import VideoSource, file_start
+
+    settings = RecordSettings(family, tuple(parse_ids(ids)) if ids else None, rate, quality, decimate, duration)
+    wanted = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size)
+    if size and wanted is None:
+        raise InputError(f"--size {size}: expected WIDTHxHEIGHT, such as 1280x720")
+    began = _utc_ns(start) if start else None
+    video = VideoSource(source, (int(wanted[1]), int(wanted[2])) if wanted else None, began)
+    if video.is_file and began is None:
+        typer.echo(f"{source}: no --start given; the time of its last change less its length is taken", err=True)
+        video.close()
+        video = VideoSource(source, None, file_start(source))
+    stop = threading.Event()
+    with Preview(f"{video.shown_name} → {out}", port) as preview:
+        typer.echo(f"preview: {preview.url}")
+        try:
+            summary = run(video, out, settings, stop, preview, lambda text: typer.echo(text, err=True))
+        except KeyboardInterrupt:
+            typer.echo(f"stopped; the pictures are in {out}")
+            return
+    typer.echo(
+        f"{out}: {summary.kept} pictures kept of {summary.frames} frames looked at, {summary.skipped} skipped, "
+        f"source opened {summary.connections} times"
+    )
+    if summary.ended.endswith("output folder."):
+        raise DiskFullError(f"the recording has stopped with what it has: {summary.ended}")
+    if not summary.connections and video.is_file:
+        raise InputError(f"{source}: not a video that can be read")
+
+
+def _utc_ns(text: str) -> int:
+    from datetime import UTC, datetime
+
+    from taskslam.errors import InputError
+
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError as error:
+        raise InputError(f"--start {text}: expected a time such as 2026-05-22T14:03:00Z") from error
+    moment = moment if moment.tzinfo else moment.replace(tzinfo=UTC)
+    return round(moment.timestamp() * 1e6) * 1000
