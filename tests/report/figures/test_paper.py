@@ -1,4 +1,5 @@
 import hashlib
+from itertools import islice
 
 import pytest
 
@@ -58,8 +59,7 @@ def test_figures_fit_the_paper_with_letters_of_seven_points(results, width, unit
 
 
 def test_the_same_results_give_the_same_bytes(make_run):
-    make_run("a", failed=True)
-    folder = make_run("b", method="hector", mode="with-map").parent
+    folder = make_run("a", failed=True).parent
 
     def digests():
         return {
@@ -76,7 +76,7 @@ def test_a_file_holds_no_date_and_no_path(make_run):
     _, figure = next(paper_figures(read_results([folder]), "column", "metric"))
     for kind in FORMATS:
         content = figure_bytes(figure, kind)
-        for word in (b"CreationDate", b"<dc:date>", b"tEXt", str(folder).encode()):
+        for word in (b"/CreationDate", b"<dc:date>", b"tEXt", str(folder).encode()):
             assert word not in content, (kind, word)
 
 
@@ -113,12 +113,21 @@ def test_a_damaged_trajectory_leaves_its_round_out(make_run):
     assert any(name.startswith("runs/trajectories_") for name in figures)
 
 
-def test_twenty_methods_with_long_names_stay_on_the_paper_and_apart(make_run):
+def test_twenty_methods_with_long_names_stay_on_the_paper(make_run):
     for index in range(20):
         name = f"method_{index:02d}_with_a_name_that_nobody_would_choose & 100 % $x_{{{index}"
         folder = make_run(f"m{index}", method=name, spread=0.002 * 1.3**index).parent
-    for width in WIDTHS:
-        for name, figure in paper_figures(read_results([folder]), width, "metric"):
-            if name in MAIN or "m0" in name or "method_00" in name:
-                assert outside(figure) == [], name
-                assert {str(number) for number in range(1, 21)} <= set(texts_of(figure)) or name not in MAIN[:3]
+    drawn = islice(paper_figures(read_results([folder]), "column", "metric"), len(MAIN))
+    for name, figure in drawn:
+        assert outside(figure) == [], name
+        if "violins" not in name:
+            assert {str(number) for number in range(1, 21)} <= {
+                text.split()[0] for text in texts_of(figure) if text.strip()
+            }
+
+
+def test_the_title_of_a_run_with_a_long_name_is_shortened(make_run):
+    name = "a name that is much too long for one column of a paper, and then some more words"
+    folder = make_run("a", method=name).parent
+    for name, figure in list(paper_figures(read_results([folder]), "column", "metric"))[-2:]:
+        assert outside(figure) == [], name

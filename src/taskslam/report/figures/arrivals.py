@@ -22,6 +22,7 @@ from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2
 from taskslam.record import GoalTolerance
 from taskslam.report import palette, words
+from taskslam.report.figures.lettering import draw_title
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, new_figure, printed
 
 _SIDE, _FOOT, _GAP, _TOP, _EDGE = 1.06, 0.42, 0.09, 0.36, 0.03  # in: a panel, the strip below it, between, above, edge
@@ -151,9 +152,7 @@ def _draw_goal(axes: Axes, size: float) -> None:
 
 def _draw_head(figure: Figure, title: str, shades: dict[int, str]) -> None:
     height = figure.get_size_inches()[1]
-    figure.text(
-        _EDGE / figure.get_size_inches()[0], 1 - 0.04 / height, title, va="top", fontweight="bold", parse_math=False
-    )
+    draw_title(figure, title)
     first, *_, last = [*shades.values(), *shades.values()]
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markeredgewidth": 0}
     handles = [Line2D([], [], color=first, label="first round", **dot), Line2D([], [], color=last, label="last", **dot)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 
+from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
@@ -12,6 +13,8 @@ from taskslam.report.figures.style import FONT, SMALL
 from taskslam.report.names import short_names
 
 _SHORTEST = 4  # letters
+_BOLD = 1.15  # times as wide
+_EDGE = 0.03  # in
 
 
 @lru_cache(maxsize=4096)
@@ -28,3 +31,10 @@ def fitting_names(names: Sequence[str], inches: float) -> list[str]:
         if all(text_width(name) <= inches for name in short):
             return short
     return short_names(names, _SHORTEST)
+
+
+def draw_title(figure: Figure, title: str) -> None:
+    """Write a figure's title at its top left, shortened to its width."""
+    width, height = figure.get_size_inches()
+    text = fitting_names([title], width / _BOLD - 2 * _EDGE)[0]
+    figure.text(_EDGE / width, 1 - _EDGE / height, text, va="top", fontweight="bold", parse_math=False)

@@ -19,6 +19,7 @@ from taskslam.evaluation.metrics_file import PoseRow
 from taskslam.geometry import FloatArray
 from taskslam.record import RunRecord
 from taskslam.report import palette
+from taskslam.report.figures.lettering import draw_title
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, new_figure, printed
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.simplify import simplified
@@ -108,7 +109,7 @@ def _draw_words(
 ) -> None:
     """Title and key above, scale bar below."""
     width, height = figure.get_size_inches()
-    figure.text(0.03 / width, 1 - 0.03 / height, title, va="top", fontweight="bold", parse_math=False)
+    draw_title(figure, title)
     handles = [Line2D([], [], label="true path", **_TRUTH)] if any(
         len(poses) for _, poses in tracks) else []  # fmt: skip
     if any(priming and len(poses) for priming, poses in tracks):
