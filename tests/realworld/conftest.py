@@ -58,3 +58,21 @@ def _photograph(
 def photograph() -> Photograph:
     """`photograph(camera, cells, cell, T_camera_board, softness=0.7, noise=2.0, seed=0)`."""
     return _photograph
+
+
+@pytest.fixture(scope="session")
+def webcam() -> Camera:
+    """1280 x 720 with barrel distortion, like those of the published calibrations."""
+    K = np.array([[790.0, 0, 640], [0, 792.0, 360], [0, 0, 1]])
+    return Camera("webcam", 1280, 720, K, np.array([0.11, -0.17, 0.001, -0.002, 0.0]))
+
+
+@pytest.fixture(scope="session")
+def see() -> Callable[..., np.ndarray]:
+    """`see(camera, T_camera_frame, points)`: pixels (P, 2), exact, of points (P, 2) in the plane z = 0 of a frame."""
+
+    def project(camera: Camera, T_camera_frame: np.ndarray, points: np.ndarray) -> np.ndarray:
+        flat = np.column_stack([points, np.zeros(len(points)), np.ones(len(points))])
+        return camera.project((flat @ T_camera_frame.T)[:, :3])
+
+    return project
