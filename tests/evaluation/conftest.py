@@ -1,10 +1,12 @@
 """Builds small synthetic runs on disk, arrival by arrival."""
 
+import numpy as np
 import pytest
 
+from taskslam.evaluation import run_metrics
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
-from taskslam.record import Arrival, GoalFailed, GoalStarted, RoundEnded, RoundStarted, RunEnded, RunWriter
+from taskslam.record import Arrival, GoalFailed, GoalStarted, RoundEnded, RoundStarted, RunEnded, RunWriter, load_run
 
 SECOND = 1_000_000_000
 
@@ -84,3 +86,22 @@ GOLDEN_OFFSETS = [SE2(0, 0, 0), SE2(0.1, 0, 0.1), SE2(0, 0.1, -0.1), SE2(-0.1, 0
 @pytest.fixture
 def golden_offsets():
     return GOLDEN_OFFSETS
+
+
+@pytest.fixture
+def scattered(build):
+    """Metrics of a run whose arrivals scatter by so many metres in each axis; goals from `fails_at` on missed once."""
+
+    def make(name, spread, rounds=5, goals=6, seed=0, fails_at=None, bias=0.0, **manifest):
+        random = np.random.default_rng(seed)
+        builder = build(name, goals=goals, rounds=rounds, mode=manifest.get("mode", "without-map"))
+        for number in range(rounds):
+            last = fails_at if fails_at is not None and number == 1 else goals
+            offsets = {
+                goal: SE2(bias + x, y, t) for goal, (x, y, t) in enumerate(spread * random.normal(size=(goals, 3)))
+            }
+            failed = (last, Outcome.LOST) if last < goals else None
+            builder.round(number, {goal: offsets[goal] for goal in range(last)}, failed=failed)
+        return run_metrics(load_run(builder.write(method=name, seed=manifest.pop("seed_name", 0), **manifest)), name)
+
+    return make

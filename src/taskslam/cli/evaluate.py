@@ -13,19 +13,20 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from taskslam.evaluation import MetricsFile, RunMetrics
+    from taskslam.evaluation.metrics_file import Interval
 
 _FEW_RUNS, _MOST_RUNS = 40, 500  # shown by waypoint; shown at all
+_MOST_PAIRS = 10  # of methods, whose comparison is shown
 
 
 def evaluate(
     directory: Annotated[Path, typer.Argument(help="A run directory, or a folder that holds some at any depth.")],
     upstream_compat: Annotated[
+        bool, typer.Option("--upstream-compat", help="Compute as the published code does, wherever it differs.")
+    ] = False,
+    deviations: Annotated[
         str,
-        typer.Option(
-            "--upstream-compat",
-            metavar="NAMES",
-            help="Compute as the published code does where it differs: all, or names of deviations (docs/metrics.md).",
-        ),
+        typer.Option(metavar="NAMES", help="Only these deviations of the published code, by name (docs/metrics.md)."),
     ] = "",
     waypoints: Annotated[
         bool | None,
@@ -39,14 +40,17 @@ def evaluate(
     Examples:
         taskslam evaluate results
 
-        taskslam evaluate results/aws_small_house/karto/with-map/seed0 --upstream-compat
+        taskslam evaluate results --no-waypoints --upstream-compat
+
+        taskslam evaluate results --deviations unnormalised-heading,priming-round
     """
     from rich.console import Console
 
     from taskslam.evaluation import evaluate_runs, write_metrics
-    from taskslam.evaluation.upstream import NONE, parse_deviations
+    from taskslam.evaluation.upstream import ALL, NONE, parse_deviations
 
-    metrics = evaluate_runs([directory], parse_deviations(upstream_compat) if upstream_compat else NONE)
+    chosen = parse_deviations(deviations) if deviations else ALL if upstream_compat else NONE
+    metrics = evaluate_runs([directory], chosen)
     path = write_metrics(directory, metrics)
     console = Console(highlight=False)
     if waypoints or (waypoints is None and len(metrics.runs) <= _FEW_RUNS):
@@ -64,9 +68,11 @@ def evaluate(
 
 
 def _print_summary(console: Console, metrics: MetricsFile) -> None:
-    """Two tables a scenario, each narrow enough for 80 columns: how well it went, and what it took."""
+    """Two tables a scenario, each narrow enough for 100 columns: how well it went, and what it took."""
     for scenario in sorted({run.scenario for run in metrics.runs}):
-        results = _table(f"{scenario}: results", ("complete", "E cm", "e cm", "Δ °", "δ °", "N-AUC", "exact"))
+        results = _table(
+            f"{scenario}: results", ("complete", "E cm [95 %]", "e cm [95 %]", "Δ °", "δ °", "N-AUC", "exact")
+        )
         effort = _table(f"{scenario}: effort", ("failures", "simulated min", "× real", "dropped frames"))
         for run in metrics.runs:
             if run.scenario != scenario:
@@ -75,8 +81,8 @@ def _print_summary(console: Console, metrics: MetricsFile) -> None:
             results.add_row(
                 *who,
                 f"{run.complete_waypoints}/{run.planned_waypoints}",
-                _centimetres(run.position.precision_m),
-                _centimetres(run.position.accuracy_m),
+                _with_interval(run.position.precision_m, run.uncertainty.precision_m),
+                _with_interval(run.position.accuracy_m, run.uncertainty.accuracy_m),
                 _degrees(run.orientation.precision_rad),
                 _degrees(run.orientation.accuracy_rad),
                 _plain(run.n_auc.published, 3),
@@ -91,11 +97,45 @@ def _print_summary(console: Console, metrics: MetricsFile) -> None:
             )
         console.print(results)
         console.print(effort)
-    upstream = " Formulas of the published code." if metrics.definitions == "upstream" else ""
     console.print(
         "E, Δ: mean distance and angle of arrivals to their mean; e, δ: to the goal."
-        f" Means over waypoints reached in every round.{upstream}"
+        " Means over waypoints reached in every round; [ ]: 95 % interval over rounds and waypoints."
     )
+    _print_comparisons(console, metrics)
+    if metrics.deviations:
+        _print_deviations(console, metrics)
+
+
+def _print_comparisons(console: Console, metrics: MetricsFile) -> None:
+    """The verdicts on precision; of many pairs, how many could be told apart."""
+    for mode, words in (("without-map", "without map"), ("with-map", "with map")):
+        found = [c for c in metrics.comparisons if c.mode == mode and c.metric == "precision"]
+        if len(found) > _MOST_PAIRS:
+            apart = sum(comparison.told_apart for comparison in found)
+            console.print(f"\nPrecision {words}: {apart} of {len(found)} pairs told apart; they are in metrics.json.")
+        elif found:
+            console.print(f"\nPrecision {words}:")
+            for comparison in found:
+                console.print(f"  {comparison.verdict}", markup=False)
+
+
+def _print_deviations(console: Console, metrics: MetricsFile) -> None:
+    """What the published code makes of each run, what the definitions give, and the difference."""
+    names = ("as published", "by definition", "difference")
+    table = _table(f"Deviations of the published code: {', '.join(metrics.deviations)}", ("quantity", *names))
+    for run in metrics.runs:
+        if run.by_definition is None:
+            continue
+        for what, field, show in _QUANTITIES:
+            published, right = getattr(run.headline, field), getattr(run.by_definition, field)
+            if published != right and not math.isclose(published or 0.0, right or 0.0, rel_tol=1e-4):
+                difference = None if published is None or right is None else published - right
+                who = (run.method, "w/" if run.mode == "with-map" else "w/o", str(run.seed))
+                table.add_row(*who, what, show(published), show(right), show(difference))
+    if table.row_count:
+        console.print(table)
+    else:
+        console.print("\nThe published code gives the same numbers for these runs.")
 
 
 def _table(title: str, columns: tuple[str, ...]) -> Table:
@@ -145,6 +185,15 @@ def _print_failures(console: Console, run: RunMetrics) -> None:
         console.print(Text.assemble((f"  {failure.outcome}", "bold red"), f"  {where}: {failure.detail}"))
 
 
+def _with_interval(value: float | None, interval: Interval | None) -> str:
+    """Metres in centimetres with the interval, escaped for rich."""
+    if value is None or interval is None:
+        return _centimetres(value)
+    digits = 2 if interval.high < 0.1 else 1 if interval.high < 1 else 0
+    low, middle, high = (f"{100 * number:.{digits}f}" for number in (interval.low, value, interval.high))
+    return f"{middle} \\[{low}, {high}]"
+
+
 def _centimetres(value: float | None) -> str:
     return _plain(None if value is None else value * 100, 2)
 
@@ -155,3 +204,13 @@ def _degrees(value: float | None) -> str:
 
 def _plain(value: float | None, digits: int) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
+
+
+_QUANTITIES = (
+    ("completeness", "completeness", lambda value: _plain(value, 3)),
+    ("E cm", "precision_m", _centimetres),
+    ("e cm", "accuracy_m", _centimetres),
+    ("Δ °", "precision_rad", _degrees),
+    ("δ °", "accuracy_rad", _degrees),
+    ("N-AUC", "n_auc", lambda value: _plain(value, 3)),
+)

@@ -14,7 +14,7 @@ def markdown(report: GateReport) -> str:
     """One heading, the verdict, a table of findings with the regressions first."""
     order = ("regression", "within noise", "undetermined", "better", "fine")
     lines = [f"## TaskSLAM-Bench: {headline(report)}", "", f"Rules: `{', '.join(report.rules)}`", ""]
-    lines += [f"- **missing** {run_name(missing)}: {_plain(missing.reason)}" for missing in report.missing]
+    lines += [f"- **missing** {_plain(run_name(missing))}: {_plain(missing.reason)}" for missing in report.missing]
     if report.missing:
         lines.append("")
     if report.findings:

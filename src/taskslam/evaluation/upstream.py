@@ -51,11 +51,11 @@ def parse_deviations(names: str) -> Deviations:
     for name in wanted:
         if name not in known:
             raise InputError(
-                f"--upstream-compat {name}: unknown; expected all, or some of {', '.join(known)}."
+                f"--deviations {name}: unknown; expected all, or some of {', '.join(known)}."
                 f"{did_you_mean(name, known)}"
             )
     if not wanted:
-        raise InputError(f"--upstream-compat: no name given; expected all, or some of {', '.join(known)}")
+        raise InputError(f"--deviations: no name given; expected all, or some of {', '.join(known)}")
     return frozenset(map(Deviation, wanted))
 
 
