@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from taskslam.errors import InputError, did_you_mean
 from taskslam.geometry import FloatArray
 from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.setup_file import BundleGrid, Degrees, Metres, Place, RobotTag, Waypoints
+from taskslam.realworld.setup_file import BundleGrid, CameraMount, Degrees, Metres, Place, RobotTag, Waypoints
 from taskslam.realworld.tag_family import DEFAULT_FAMILY
 from taskslam.simulation.lab_robot import Sway
 
@@ -89,11 +89,10 @@ class LabTag(RobotTag):
 
 
 class LabUpwardCamera(_Part):
-    """A camera on the robot that looks straight up. height: of its optical centre; mount: on the base."""
+    """A camera on the robot that looks straight up."""
 
     lens: Lens
-    height: Height
-    mount: Place = Place()
+    mount: CameraMount
     clock_offset: Annotated[float, Field(ge=-7200, le=7200)] = 0.0
 
 

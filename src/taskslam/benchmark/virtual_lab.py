@@ -48,16 +48,18 @@ from taskslam.world import World
 
 Light = npt.NDArray[np.float32]
 
+_IN_SIGHT = 2.0  # of the ceiling's height: tags farther aside are not drawn
 _QUIET = 1  # cells of white around a tag
 _FACE_DOWN = np.diag([1.0, -1.0, -1.0, 1.0])  # a sheet on the ceiling: its top is kept, its front looks down
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One photograph. tags: (N, 4, 2) px, true corners TL, TR, BR, BL, in the order of the camera's tag ids."""
+    """One photograph. ids: of the tags near by; corners: (N, 4, 2) px, their true TL, TR, BR, BL, NaN if behind."""
 
     shutter: Shutter
-    tags: FloatArray
+    ids: tuple[int, ...]
+    corners: FloatArray
     file: bytes
 
 
@@ -84,7 +86,7 @@ def photograph(
     if lab.ceiling is not None:
         watch.stage("camera up")
         rows += _store(inside_out(tour, world, lab), lab, lab.ceiling.camera.clock_offset, out, None)
-    write_table(out / TRUTH / "pictures.csv", ("file", "time", "round", "waypoint", "tag_corners_px"), rows)
+    write_table(out / TRUTH / "pictures.csv", ("file", "time", "round", "waypoint", "tags", "corners_px"), rows)
     write_truth(tour, lab, out)
     return write_setups(tour, lab, out)
 
@@ -109,7 +111,7 @@ def outside_in(tour: Tour, scene: Scene, robot: Robot, lab: Lab, camera: LabOver
         light, box = draw(behind, eye.rays, photo.light, cards, Body(cylinders, bases))
         image = develop_photo(soften(light, photo.softness, box, still), develop, eye.key())
         corners = eye.corners(bases @ T_base_tag, tag_square(tag.size, from_above=True))
-        yield Picture(shutter, corners[None], jpeg(image, photo.quality))
+        yield Picture(shutter, (tag.id,), corners[None], jpeg(image, photo.quality))
 
 
 def inside_out(tour: Tour, world: World, lab: Lab) -> Iterator[Picture]:
@@ -118,8 +120,7 @@ def inside_out(tour: Tour, world: World, lab: Lab) -> Iterator[Picture]:
     assert ceiling is not None
     scene = Scene(with_ceiling(world, ceiling.height) if ceiling.build else world)
     eye = _Eye(ceiling.camera.lens.camera("up"), lab)
-    T_base_camera = _placed(ceiling.camera.mount, ceiling.camera.height)
-    T_base_camera[:3, :3] = T_base_camera[:3, :3] @ np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    T_base_camera = ceiling.camera.mount.T_base_camera
     tags = [
         (_placed(bundle.place, ceiling.height) @ _FACE_DOWN @ _in_bundle(tag), tag, bundle.family)
         for bundle in ceiling.bundles
@@ -138,12 +139,14 @@ def inside_out(tour: Tour, world: World, lab: Lab) -> Iterator[Picture]:
         cameras = tour.motions[shutter.round].poses(eye.instants(shutter.time)) @ T_base_camera
         behind = backdrop(scene, cameras[SAMPLES // 2], eye.rays, eye.pinhole)
         develop = develop or eye.development(behind)
-        T_camera_cards = np.stack([invert_se3(T) for T in cameras])[:, None] @ T_map_cards
-        light, _ = draw(behind, eye.rays, photo.light, Cards(looks, sheet_side(size, looks), T_camera_cards), None)
+        near = np.flatnonzero(np.hypot(*(T_map_cards[:, :2, 3] - cameras[0, :2, 3]).T) < _IN_SIGHT * ceiling.height)
+        T_camera_cards = np.stack([invert_se3(T) for T in cameras])[:, None] @ T_map_cards[near]
+        cards = Cards(looks[near], sheet_side(size, looks), T_camera_cards)
+        light, _ = draw(behind, eye.rays, photo.light, cards, None)
         image = develop_photo(eye.softened(light), develop, eye.key())
         square = tag_square(size, from_above=True)
-        corners = np.stack([eye.corners(T_camera_cards[:, n], square) for n in range(len(tags))])
-        yield Picture(shutter, corners, jpeg(image, photo.quality))
+        corners = np.array([eye.corners(T_camera_cards[:, n], square) for n in range(len(near))]).reshape(-1, 4, 2)
+        yield Picture(shutter, tuple(tags[n][1].id for n in near), corners, jpeg(image, photo.quality))
 
 
 def sheet_side(size: float, looks: Light) -> float:
@@ -167,9 +170,10 @@ def _store(pictures: Iterator[Picture], lab: Lab, offset: float, out: Path, came
             name = f"up_g{shutter.arrival.goal}_l{shutter.arrival.round}_{name}"
         with writing(folder):
             (folder / name).write_bytes(picture.file)
-        corners = " ".join(f"{value:.4f}" for value in picture.tags.ravel())
+        ids = " ".join(map(str, picture.ids))
+        corners = " ".join(f"{value:.4f}" for value in picture.corners.ravel())
         place = f"{folder.name if camera is None else f'{OVERHEAD}/{camera}'}/{name}"
-        rows.append([place, f"{unix(lab, shutter.time):.6f}", shutter.round, shutter.arrival.goal + 1, corners])
+        rows.append([place, f"{unix(lab, shutter.time):.6f}", shutter.round, shutter.arrival.goal + 1, ids, corners])
     return rows
 
 
