@@ -117,6 +117,7 @@ def record(
     `taskslam camera record rtsp://10.0.0.5/stream --out overhead/west`
     """
     import re
+    import signal
     import threading
 
     from taskslam.errors import DiskFullError, InputError
@@ -139,16 +140,14 @@ def record(
     stop = threading.Event()
     with Preview(f"{video.shown_name} → {out}", port) as preview:
         typer.echo(f"preview: {preview.url}")
-        try:
-            summary = run(video, out, settings, stop, preview, lambda text: typer.echo(text, err=True))
-        except KeyboardInterrupt:
-            typer.echo(f"stopped; the pictures are in {out}")
-            return
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: stop.set())
+        summary = run(video, out, settings, stop, preview, lambda text: typer.echo(text, err=True))
     typer.echo(
         f"{out}: {summary.kept} pictures kept of {summary.frames} frames looked at, {summary.skipped} skipped, "
         f"source opened {summary.connections} times"
     )
-    if summary.ended.endswith("output folder."):
+    if summary.disk_full:
         raise DiskFullError(f"the recording has stopped with what it has: {summary.ended}")
     if not summary.connections and video.is_file:
         raise InputError(f"{source}: not a video that can be read")

@@ -166,6 +166,7 @@ class Detector:
             stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": search},
             bufsize=0,
+            start_new_session=True,  # Ctrl-C is for the parent to deal with
         )
         self._reader = MessageReader()
         assert self._child.stdin is not None

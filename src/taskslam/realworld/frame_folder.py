@@ -31,7 +31,6 @@ class FrameFolder:
             path.mkdir(parents=True, exist_ok=True)
         self._table = path / TABLE
         self.kept_before = self._repair()
-        self._last = 0
 
     def add(self, stamp: int, jpeg: bytes, ids: list[int], clock: ClockState) -> Path:
         """Keep a picture. Its stamp is moved by a nanosecond where another has it.
@@ -39,10 +38,8 @@ class FrameFolder:
         Raises:
             DiskFullError: there is no space for it; what was kept before stays whole.
         """
-        stamp = max(stamp, self._last + 1) if stamp <= self._last < stamp + 1000 else stamp
         while (picture := self.path / f"{stamp // NANOSECONDS}.{stamp % NANOSECONDS:09d}.jpg").exists():
             stamp += 1
-        self._last = stamp
         offset = "" if clock.offset is None else f"{clock.offset:.6f}"
         told_by = clock.told_by.replace(",", ";").replace("\n", " ")
         write_whole(picture, jpeg)

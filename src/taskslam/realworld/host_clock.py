@@ -25,12 +25,10 @@ class ClockState:
     def warning(self) -> str | None:
         """What is wrong with it, in a sentence, if anything."""
         if self.offset is None:
-            return (
-                f"The offset of this computer's clock is unknown ({self.told_by}); install chrony, or compare by hand."
-            )
+            return f"The offset of this computer's clock is unknown ({self.told_by}); install chrony to know it."
         if abs(self.offset) > WARN_BEYOND_S:
             way = "fast" if self.offset > 0 else "slow"
-            return f"This computer's clock is {abs(self.offset):.2f} s {way} ({self.told_by}); expected {WARN_BEYOND_S:g} s."
+            return f"This computer's clock is {abs(self.offset):.2f} s {way} ({self.told_by}); set it by NTP."
         return None
 
 

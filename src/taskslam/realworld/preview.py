@@ -32,7 +32,7 @@ look(); setInterval(look, 500);
 
 
 class Preview:
-    """Serves the newest picture and a line of text on the loopback address; a context manager. port: 0 takes a free one.
+    """Serves the newest picture and a line of text on the loopback address; a context manager. port: 0 for any.
 
     Raises:
         InputError: the port is taken.

@@ -31,7 +31,7 @@ _PREVIEW_WIDTH = 960
 class RecordSettings:
     """What to keep. ids: tags to look for, None for all. rate: most frames kept each second. quality: of the JPEG.
 
-    decimate: by what frames are shrunk to look for tags; evaluation looks again at full size. duration: s, None for ever.
+    decimate: by what frames are shrunk to look for tags; evaluation looks again at full size. duration: s, or None.
     """
 
     family: str = DEFAULT_FAMILY
@@ -62,6 +62,7 @@ class RecordSummary:
     connections: int = 0
     crashes: int = 0
     ended: str = ""
+    disk_full: bool = False
 
 
 def record(
@@ -82,9 +83,11 @@ def record(
     """
     summary = RecordSummary()
     kept = FrameFolder(folder)
-    with Detector(settings.family, settings.ids, decimate=settings.decimate) as detector:
-        _Recorder(source, kept, detector, settings, summary, preview, say).run(stop)
-    source.close()
+    try:
+        with Detector(settings.family, settings.ids, decimate=settings.decimate) as detector:
+            _Recorder(source, kept, detector, settings, summary, preview, say).run(stop)
+    finally:
+        source.close()
     summary.skipped, summary.connections = source.skipped, source.connections
     return summary
 
@@ -138,7 +141,7 @@ class _Recorder:
             try:
                 self._folder.add(frame.stamp, self._jpeg(frame.image), [tag.id for tag in tags], self._clock)
             except DiskFullError as error:
-                summary.ended = str(error)
+                summary.ended, summary.disk_full = str(error), True
                 return
             summary.kept += 1
             self._last_kept = frame.stamp

@@ -33,8 +33,9 @@ class StampedPicture:
 class VideoSource:
     """Reads a source in a thread of its own, so that a frame is stamped when it comes, not when there is time for it.
 
-    name: an index (USB camera), a URL (RTSP, HTTP) or a file. Of a live source only the newest frame is kept for `next`;
-    a file waits, and its frames are stamped `start` (ns) plus their time in the file. size: asked of a USB camera.
+    name: an index (USB camera), a URL (RTSP, HTTP) or a file. Of a live source only the newest frame is kept for
+    `next`; a file waits, and its frames are stamped `start` (ns) plus their time in the file. size: asked of a USB
+    camera.
 
     Raises:
         InputError: a file that is not there.
@@ -64,6 +65,12 @@ class VideoSource:
             frame, self._waiting = self._waiting, None
             self._changed.notify_all()
             return frame
+
+    @property
+    def finished(self) -> bool:
+        """Whether no frame will come any more."""
+        with self._changed:
+            return self.ended and self._waiting is None
 
     def close(self) -> None:
         """Stop reading; does not wait for a source that hangs."""
