@@ -12,7 +12,7 @@ table holds jackknife pseudo-values, M E_i - (M - 1) E_i without round j, where 
 factor of `precision_bias`.
 
 Why no bootstrap: a resample of 5 rounds from 5 repeats rounds, which shrinks the scatter that it is to measure. Its
-percentile interval holds 80 to 87 % where 95 % are meant; the one here 94 to 98 % (`benchmarks/interval_coverage.py`).
+percentile interval holds 80 to 87 % where 95 % are meant; the one here 94 to 96 % (`benchmarks/interval_coverage.py`).
 """
 
 from __future__ import annotations
