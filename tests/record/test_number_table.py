@@ -78,6 +78,18 @@ def test_a_last_line_that_was_cut_off_may_be_left_out(tmp_path):
             read(write(tmp_path, f"1 2 3\n{rest}\n"), cut_off_allowed=True)
 
 
+def test_the_first_wrong_line_is_named_whatever_is_wrong_with_a_later_one(tmp_path):
+    for allowed in (False, True):
+        with pytest.raises(RecordError, match="line 1: expected three numbers"):
+            read(write(tmp_path, "1 2 -\n4 5"), cut_off_allowed=allowed)
+
+
+def test_a_stamp_beyond_all_bounds_is_refused_without_being_written_out(tmp_path):
+    for stamp in ("1e99999999", "1e999999999", "-1e400", "9" * 30, "Infinity"):
+        with pytest.raises(RecordError, match="line 1: expected three numbers"):
+            read(write(tmp_path, f"{stamp} 2 3\n"))
+
+
 def test_a_folder_a_device_and_a_missing_file_are_refused(tmp_path):
     with pytest.raises(RecordError, match="found a folder or a device"):
         read(tmp_path)

@@ -72,9 +72,9 @@ def read_number_table(
     rows, bad_line = _scan(data, layout, POWERS_OF_FIVE, table.stamps, table.values, table.lines, odd)
     cut_off = False
     try:
+        _read_odd_words(data, odd[:rows], table, separator, stamp_unit)  # of lines before the bad one
         if bad_line:
             raise _BadLineError(bad_line)
-        _read_odd_words(data, odd[:rows], table, separator, stamp_unit)
     except _BadLineError as bad:
         cut_off = cut_off_allowed and bad.line == room
         if not cut_off:
@@ -82,7 +82,6 @@ def read_number_table(
                 f"{path}, line {bad.line}: expected {expected}, found {_line(data, bad.line)!r}{bad.hint}"
             ) from None
         rows = int(np.searchsorted(table.lines[:rows], bad.line))
-        _read_odd_words(data, odd[:rows], table, separator, stamp_unit)
     return NumberTable(table.stamps[:rows], table.values[:rows], table.lines[:rows], cut_off)
 
 
@@ -99,6 +98,7 @@ def _read_odd_words(
     data: Bytes, odd: npt.NDArray[np.signedinteger], table: NumberTable, separator: str, unit: StampUnit | None
 ) -> None:
     """Read the words that need a closer look: `nan`, many digits, stamps with an exponent. Raises _BadLineError."""
+    scale = NANOSECONDS if unit == "seconds" else 1
     for row, column in np.argwhere(odd):
         begin = int(odd[row, column]) - 1
         text = data[begin : begin + 400].tobytes().decode("ascii", "replace").replace(separator, " ")
@@ -107,15 +107,17 @@ def _read_odd_words(
             if "_" in word or len(word) == 400:
                 raise ValueError(word)
             if unit is not None and column == 0:
-                scale = NANOSECONDS if unit == "seconds" else 1
-                stamp = int((Decimal(word) * scale).to_integral_value())
+                value = Decimal(word)
+                # Looked at before it is made an integer: 1e999999 would have a million digits.
+                in_range = value.is_finite() and value.adjusted() < 20
+                stamp = int((value * scale).to_integral_value()) if in_range else _INT64_MAX + 1
                 if abs(stamp) > _INT64_MAX:
-                    hint = "; are these nanoseconds, where seconds belong?" if unit == "seconds" else ""
+                    hint = "; are these nanoseconds, where seconds belong?" if scale > 1 and value.is_finite() else ""
                     raise _BadLineError(int(table.lines[row]), hint)
                 table.stamps[row] = stamp
             else:
                 table.values[row, column - (unit is not None)] = float(word)
-        except (ValueError, InvalidOperation, OverflowError):
+        except (ValueError, InvalidOperation):
             raise _BadLineError(int(table.lines[row])) from None
 
 

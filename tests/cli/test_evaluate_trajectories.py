@@ -1,0 +1,97 @@
+import json
+
+import numpy as np
+import pytest
+import typer
+from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
+from taskslam.cli.evaluate_trajectories import evaluate_trajectories
+from taskslam.errors import InputError, TrajectoryError
+from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
+
+
+def invoke(*arguments):
+    app = typer.Typer()
+    app.command()(evaluate_trajectories)
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "80"})
+
+
+@pytest.fixture
+def sequence(tmp_path):
+    """A ground truth, three runs of one method with a shared bias, and one run of another (synthetic)."""
+    rng = np.random.default_rng(1)
+    stamps = 1_403_636_580_000_000_000 + np.arange(300) * 50_000_000
+    way = np.cumsum(rng.normal(0.03, 0.05, (300, 3)), axis=0)
+    turns = Rotation.from_rotvec(np.cumsum(rng.normal(0, 0.02, (300, 3)), axis=0)).as_quat()
+    bias = 0.1 * np.sin(np.arange(300) / 9)[:, None] * [1, 0, 0]
+    folder = tmp_path / "MH_09"
+    folder.mkdir()
+    write_trajectory(folder / "groundtruth.tum", SpatialTrajectory(stamps, way, turns))
+    for name in ("vins_run0", "vins_run1", "vins_run2", "alone_run0"):
+        noisy = way + bias + rng.normal(0, 0.01, way.shape)
+        write_trajectory(folder / f"{name}.tum", SpatialTrajectory(stamps, noisy, turns))
+    return folder
+
+
+def test_a_folder_is_one_command_with_numbers_tables_and_the_figure(sequence, tmp_path):
+    result = invoke(sequence.parent, "--align", "yaw", "--rpe", "1m", "--upstream-compat", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "out" / "open_loop.json").read_text())
+    assert [entry["method"] for entry in content["results"]] == ["alone", "vins"]
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "open_loop.json", "sequences.csv", "runs.csv",
+        "precision_accuracy.pdf", "precision_accuracy.svg", "precision_accuracy.png",
+    }  # fmt: skip
+    vins = content["results"][1]
+    assert f"{100 * vins['common']['precision_m']:.2f}" in result.output
+    assert f"{100 * vins['common']['accuracy_m']:.2f}" in result.output
+    assert "Aligned by yaw: alone, vins." in result.output
+    assert "Precision beats accuracy in position for 1 of 1" in result.output.replace("\n", " ")
+    assert all(len(line.rstrip()) <= 80 for line in result.output.splitlines() if "vins" in line and "/" not in line)
+
+
+def test_runs_are_given_as_files_too_and_one_alone_has_no_figure(sequence, tmp_path):
+    out = tmp_path / "out"
+    result = invoke(sequence / "groundtruth.tum", sequence / "alone_run0.tum", "--out", out)
+    assert result.exit_code == 0, result.output
+    assert "Precision needs at least two runs" in result.output
+    assert not (out / "precision_accuracy.pdf").exists()
+
+
+def test_what_was_left_out_is_said(sequence, tmp_path):
+    (sequence / "vins_run3.tum").write_text("1,2,3\n")
+    result = invoke(sequence, "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    assert "vins_run3.tum, line 1: expected eight numbers" in result.output
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--align", "yaww"), "Did you mean 'yaw'"),
+        (("--rpe", "1 furlong"), "expected a number and a unit"),
+        (("--rpe", "m"), "expected a number and a unit"),
+        (("--max-difference", "-1"), "expected seconds"),
+        (("--max-difference", "nan"), "expected seconds"),
+    ],
+)
+def test_wrong_options_are_one_sentence(sequence, options, message):
+    result = invoke(sequence, *options)
+    assert isinstance(result.exception, InputError)
+    assert message in str(result.exception)
+
+
+def test_a_topic_may_be_given_once_for_all_bags(sequence, tmp_path):
+    result = invoke(sequence / "groundtruth.tum", tmp_path / "a.bag", "--topic", "/odom")
+    assert isinstance(result.exception, TrajectoryError)
+    assert "a.bag: no such recording" in str(result.exception)
+
+
+def test_the_odometry_of_a_real_recording_against_its_localization(data, tmp_path):
+    bag = data / "bags" / "nav2_turtlebot.mcap"
+    result = invoke(f"{bag}:/odom", f"{bag}:/amcl_pose", "--max-difference", "0.05", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    (entry,) = json.loads((tmp_path / "out" / "open_loop.json").read_text())["results"]
+    assert (entry["method"], entry["runs"][0]["poses"]) == ("amcl_pose", 135)
+    assert entry["runs"][0]["ate_m"]["rmse"] == pytest.approx(0.496, abs=0.01)  # odometry drifts
