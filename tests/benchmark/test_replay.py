@@ -15,6 +15,7 @@ from taskslam.errors import DatasetError, InputError, RecordError
 from taskslam.evaluation import evaluate_runs
 from taskslam.measurements import Sensor
 from taskslam.openloop.opening import open_dataset
+from taskslam.openloop.study import load_study
 from taskslam.record import MethodNotice, RoundEnded, RunRecord, load_run
 from taskslam.slam.latency import LatencyMode, LatencyModel
 
@@ -133,3 +134,16 @@ def test_goal_metrics_leave_a_replay_out_and_say_where_to_go(recording):
     metrics = evaluate_runs([recording.parent / "replays"])
     assert metrics.runs == ()
     assert "evaluate-trajectories" in metrics.left_out[0].reason
+
+
+def test_a_folder_of_replays_is_a_study(recording):
+    run(recording, ReplayRequest("replayed_methods:Counting", Mode.WITH_MAP, rounds=2))
+    run(recording, ReplayRequest("wheel_odometry", rounds=2))
+    study = load_study(str(recording.parent / "replays"))
+    sequence = study.sequences["recording"]
+    assert sequence.groundtruth.endswith("round00/truth.tum")
+    assert {method: len(runs) for method, runs in sequence.runs.items()} == {
+        "replayed_methods:Counting with map": 2,
+        "wheel_odometry": 2,
+    }
+    assert all("round00" not in path for path in sequence.runs["replayed_methods:Counting with map"])

@@ -63,13 +63,12 @@ def replay(
     if request.mode is Mode.WITH_MAP and card.map_mode is MapMode.NONE:
         raise InputError(f"method '{request.method}' keeps no map (map_mode none on its card): replay it without-map")
     check_sensors(dataset, card)
-    name = dataset.path.resolve().stem
-    directory = out / name / request.method.replace(":", "_").replace("/", "_") / request.mode / "seed0"
+    directory = out / dataset.name / request.method.replace(":", "_").replace("/", "_") / request.mode / "seed0"
     described = _described(dataset)
     if (directory / "run.json").exists() and not overwrite:
         return directory, _kept(directory, described, request, observer)
     with RunWriter(directory, replace=overwrite) as record:
-        complete = _Replay(dataset, request, card, record, observer).run(name, described)
+        complete = _Replay(dataset, request, card, record, observer).run(described)
     return directory, complete
 
 
@@ -89,7 +88,7 @@ class _Replay:
         self._compute_s = 0.0
         self._counted = (0, 0)
 
-    def run(self, name: str, described: dict[str, Any]) -> bool:
+    def run(self, described: dict[str, Any]) -> bool:
         """All rounds, then run.json; whether every round came to the end."""
         started, wall = datetime.now(UTC), time.perf_counter()
         complete = self._without_map() if self._request.mode is Mode.WITHOUT_MAP else self._with_map()
@@ -99,8 +98,8 @@ class _Replay:
         self._record.finish(
             Manifest(
                 source="replay",
-                scenario_name=name,
-                scenario={"title": f"{name} (replay)", "dataset": described, "skipped": skipped},
+                scenario_name=self._dataset.name,
+                scenario={"title": f"{self._dataset.name} (replay)", "dataset": described, "skipped": skipped},
                 scenario_hash=_hash(described),
                 method=request.method,
                 method_card=json.loads(json.dumps(asdict(load_method(request.method).card), default=str)),
@@ -225,7 +224,7 @@ class _Replay:
 def _described(dataset: Dataset) -> dict[str, Any]:
     """What of the dataset decides the result, as far as it can be known without reading it all."""
     return {
-        "name": dataset.path.resolve().name,
+        "name": dataset.name,
         "kind": dataset.kind,
         "bytes": _size(dataset.path),
         "sensors": sorted(dataset.sensors),

@@ -58,8 +58,7 @@ class Bag(Dataset):
         base_frame: default base_footprint or base_link; mounts: frame to `x,y,z,roll,pitch,yaw` in the base, where no
         static transform tells. Raises DatasetError.
         """
-        super().__init__()
-        self.path = path
+        super().__init__(path)
         self._types = topic_types(path)
         self._topics, unclear = choose_topics(self._types, topics)
         robot = robot or self._own_robot()

@@ -36,17 +36,18 @@ class TruthPose:
 class Dataset(ABC):
     """One recording. Use as a context manager.
 
-    path: where it lies; kind: `euroc` or `bag`; rig: its sensors with their calibration; sensors: those that it holds
-    and that can be used; why_not: for others, a sentence that says why they cannot; skipped: what was left out while
-    reading, by a word for it.
+    path: where it lies; name: for results, that of the folder or file that was given; kind: `euroc` or `bag`; rig: its
+    sensors with their calibration; sensors: those that it holds and that can be used; why_not: for others, a sentence
+    that says why they cannot; skipped: what was left out while reading, by a word for it.
     """
 
     kind: str
-    path: Path
     rig: SensorRig
     sensors: frozenset[Sensor]
 
-    def __init__(self) -> None:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.name = path.stem if path.is_file() else path.resolve().name
         self.why_not: dict[Sensor, str] = {}
         self.skipped: Counter[str] = Counter()
 

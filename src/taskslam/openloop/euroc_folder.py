@@ -51,9 +51,9 @@ class EurocFolder(Dataset):
 
         robot: instead of the folder's own robot.yaml. Raises DatasetError, RobotError.
         """
-        super().__init__()
-        self.path = path
+        super().__init__(path)
         self._root = path if path.name == "mav0" else path / "mav0"
+        self.name = self._root.resolve().parent.name
         own = self._root.parent / ROBOT_FILE
         if robot is None and own.is_file():
             robot = load_robot(own)

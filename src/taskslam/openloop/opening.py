@@ -34,4 +34,7 @@ def open_dataset(
         if topics or base_frame or mounts:
             raise DatasetError(f"{path}: an EuRoC folder has no topics or frames to name")
         return EurocFolder(path, robot)
-    return Bag(bag_file(path), robot, topics or {}, base_frame, mounts or {})
+    bag = Bag(bag_file(path), robot, topics or {}, base_frame, mounts or {})
+    if path.is_dir():
+        bag.name = path.resolve().name
+    return bag

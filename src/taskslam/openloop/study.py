@@ -29,6 +29,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.openloop.bag_trajectories import is_bag
+from taskslam.openloop.replayed_sequences import replayed_sequences
 from taskslam.openloop.trajectory_files import split_topic
 
 _RUN_NUMBER = re.compile(r"(?:[_.-]?(?:run|round|trial|loop)[_-]?|[_.-])\d+$|^\d+$", re.IGNORECASE)
@@ -89,7 +90,7 @@ def load_study(source: str, runs: Sequence[str] = (), times: str | None = None) 
                 f"{source}: one argument alone is a study; expected a folder of sequences, or a YAML file "
                 "(a ground truth is followed by its runs)"
             )
-        return _from_folder(path, times)
+        return _from_replays(path, times) or _from_folder(path, times)
     name = split_topic(source)[0]
     named = name.resolve().parent.name if _GROUND_TRUTH.search(name.stem) else name.stem
     return Study(
@@ -148,6 +149,15 @@ def _matching(study: Path, whose: str, pattern: str) -> list[str]:
     if not found:
         raise TrajectoryError(f"{study}: {whose}: no file matches {pattern}")
     return found
+
+
+def _from_replays(folder: Path, times: str | None) -> Study | None:
+    """The replays at or below this folder, or None if there is none."""
+    sequences = {
+        name: SequenceRuns(groundtruth=found.groundtruth, runs=found.runs, times=times)
+        for name, found in replayed_sequences(folder).items()
+    }
+    return Study(sequences=sequences) if sequences else None
 
 
 def _from_folder(folder: Path, times: str | None) -> Study:
