@@ -99,13 +99,13 @@ def _read_yaml(path: Path) -> dict[str, Any]:
 
 def _ros_camera(path: Path, content: dict[str, Any], image_kind: ImageKind) -> Camera:
     width, height = (_size(path, content, key) for key in ("image_width", "image_height"))
-    name = str(content.get("camera_name", path.stem))
+    name = _word(path, content, "camera_name", path.stem)
     if image_kind == "rectified":
         P = _data(path, content, "projection_matrix", (3, 4))
         return Camera(name, width, height, P[:, :3], np.zeros(0))
     K = _data(path, content, "camera_matrix", (3, 3))
     distortion = _data(path, content, "distortion_coefficients", None)
-    model = str(content.get("distortion_model", DistortionModel.PLUMB_BOB))
+    model = _word(path, content, "distortion_model", DistortionModel.PLUMB_BOB)
     return _camera(path, name, (width, height), K, distortion.ravel(), model)
 
 
@@ -119,20 +119,42 @@ def _camera(path: Path, name: str, size: tuple[int, int], K: FloatArray, distort
 def _size(path: Path, content: dict[str, Any], key: str) -> int:
     value = content.get(key)
     if not isinstance(value, int) or not 1 <= value <= 100_000:
-        raise CameraError(f"{path}: {key} is {value!r:.40}; expected a number of pixels")
+        raise CameraError(f"{path}: {key} is {_shown(value)}; expected a number of pixels")
     return value
 
 
 def _data(path: Path, content: dict[str, Any], key: str, shape: tuple[int, int] | None) -> FloatArray:
     entry = content.get(key)
+    entry = entry.get("data") if isinstance(entry, dict) else entry
     try:
-        values = np.array(entry["data"] if isinstance(entry, dict) else entry, float)
-        if values.size > 20 or not np.isfinite(values).all():
-            raise ValueError("size or NaN")
+        rows = [row if isinstance(row, list) else [row] for row in entry] if isinstance(entry, list) else []
+        if not rows or len(rows) > 20 or any(len(row) > 20 for row in rows):
+            raise ValueError("not a short list")
+        # Each number by itself: a list nested by references could be larger than all memory.
+        values = np.array([[_number(number) for number in row] for row in rows])
+        if not np.isfinite(values).all():
+            raise ValueError("not finite")
         return values if shape is None else values.reshape(shape)
-    except (KeyError, TypeError, ValueError, OverflowError):
+    except (TypeError, ValueError, OverflowError):
         expected = "numbers" if shape is None else f"{shape[0]} x {shape[1]} numbers"
         raise CameraError(f"{path}: {key} is missing or not made of {expected}; expected ROS camera_info") from None
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise TypeError("not a number")
+    return float(value)
+
+
+def _word(path: Path, content: dict[str, Any], key: str, default: str) -> str:
+    value = content.get(key, default)
+    if isinstance(value, (list, dict)) or value is None:
+        raise CameraError(f"{path}: {key} is {_shown(value)}; expected a word")
+    return str(value)
+
+
+def _shown(value: object) -> str:
+    return f"a {type(value).__name__}" if isinstance(value, (list, dict)) else f"{value!r:.40}"
 
 
 def _kalibr_chain(path: Path, content: dict[str, Any]) -> dict[str, tuple[Camera, FloatArray]]:
@@ -143,9 +165,9 @@ def _kalibr_chain(path: Path, content: dict[str, Any]) -> dict[str, tuple[Camera
         entry = content[name]
         if not isinstance(entry, dict):
             raise CameraError(f"{path}: {name} is not a camera of a Kalibr camchain")
-        if entry.get("camera_model") != "pinhole" or entry.get("distortion_model") not in _KALIBR_MODELS:
+        if entry.get("camera_model") != "pinhole" or entry.get("distortion_model") not in list(_KALIBR_MODELS):
             raise CameraError(
-                f"{path}: {name} is {entry.get('camera_model')!r:.40} with {entry.get('distortion_model')!r:.40}; "
+                f"{path}: {name} is {_shown(entry.get('camera_model'))} with {_shown(entry.get('distortion_model'))}; "
                 f"expected pinhole with {' or '.join(_KALIBR_MODELS)}"
             )
         if chain:

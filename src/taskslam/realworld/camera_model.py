@@ -149,6 +149,8 @@ class Camera:
     @cached_property
     def _valid_radius(self) -> float:
         """Up to where the image of a ray moves outwards as the ray does."""
+        if not self.distortion.any() and self.model is not DistortionModel.EQUIDISTANT:
+            return np.inf
         radial = self._radial(self._radii)
         falling = np.flatnonzero(~(np.diff(radial) > 0))
         return float(self._radii[falling[0]]) if falling.size else _FARTHEST

@@ -126,10 +126,8 @@ class _Recorder:
             state = self._source.state
             self._tell("source", f"{self._source.shown_name}: {state}", quiet=state == "connecting")
             if frame is None:
-                if self._source.ended:
-                    summary.ended = (
-                        "the video has ended" if self._source.connections else "not a video that can be read"
-                    )
+                if self._source.finished:
+                    summary.ended = "the video has ended"
                     return
                 self._show(None, [])
                 continue
