@@ -231,13 +231,12 @@ def _completeness_rows(ranked: Sequence[MethodResult]) -> list[Row]:
 
 def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
     """What filling and the shapes of markers mean, as far as these methods show it."""
-    sensors = {result.sensor: result for result in ranked}
-    shapes: dict[int, tuple[str, Style]] = {}
-    for sensor, result in sensors.items():
-        shapes.setdefault(result.style.shape, (cards.sensor_name(sensor), Style(palette.MUTED, result.style.shape)))
+    shapes = {result.style.shape: result.sensor for result in ranked}
     lines = [KeyLine("whisker: 95 % interval"), KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)]
-    if all(sensors) and len(shapes) > 1:
-        lines += [KeyLine(text, style) for text, style in shapes.values()]
+    if all(shapes.values()) and len(shapes) > 1:
+        lines += [
+            KeyLine(cards.sensor_name(sensor), Style(palette.MUTED, shape)) for shape, sensor in sorted(shapes.items())
+        ]
     return lines
 
 

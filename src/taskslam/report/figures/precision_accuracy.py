@@ -58,7 +58,7 @@ def precision_accuracy_figure(
     """Draw a panel for each quantity, the rows beside them and the key below. scales: else from the points."""
     scales = scales or [scatter_scale(panel.points) for panel in panels]
     across, down = (1, len(panels)) if width == "column" else (len(panels), 1)
-    legend = 1.06 if width == "column" else 1.5
+    legend = 1.14 if width == "column" else 1.5
     side = (WIDTHS[width] - legend - _EDGE) / across - _LEFT - _RIGHT
     cell_width, cell_height = _LEFT + side + _RIGHT, _TOP + side + _BOTTOM
     figure = new_figure(
