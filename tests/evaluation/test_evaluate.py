@@ -4,6 +4,7 @@ import pytest
 
 from taskslam.errors import DiskFullError, RecordError
 from taskslam.evaluation import evaluate_runs, write_metrics
+from taskslam.evaluation.metrics_file import read_metrics
 from taskslam.evaluation.upstream import ALL
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
@@ -82,3 +83,39 @@ def test_a_folder_that_cannot_be_written_is_named(build, tmp_path):
     (tmp_path / ".metrics.json.partial").symlink_to("/dev/full")
     with pytest.raises(DiskFullError, match=r"metrics\.json: cannot be written"):
         write_metrics(tmp_path, metrics)
+
+
+def test_a_damaged_line_in_the_middle_takes_the_run_out_and_a_cut_off_last_line_does_not(build, tmp_path):
+    for name in ("middle", "end"):
+        journal = two_rounds(build(name, goals=1, rounds=2)).write() / "journal.jsonl"
+        lines = journal.read_bytes().splitlines(keepends=True)
+        lines[3 if name == "middle" else -1] = b'{"event":"arr' + (b"\n" if name == "middle" else b"")
+        journal.write_bytes(b"".join(lines))
+    metrics = evaluate_runs([tmp_path / "results"])
+    assert [(run.directory, run.journal_truncated) for run in metrics.runs] == [("end", True)]
+    (left,) = metrics.left_out
+    assert "journal.jsonl, line 4" in left.reason
+
+
+def test_one_run_alone_is_evaluated_and_compared_with_nothing(build, tmp_path):
+    two_rounds(build(goals=1, rounds=2)).write()
+    metrics = evaluate_runs([tmp_path / "results"])
+    assert len(metrics.runs) == 1
+    assert metrics.comparisons == ()
+
+
+def test_methods_are_compared_and_runs_with_other_options_kept_apart(build, tmp_path):
+    for name, method in (("a", "karto"), ("b", "hector"), ("c", "karto")):
+        two_rounds(build(name, goals=1, rounds=2)).write(method=method)
+    found = evaluate_runs([tmp_path / "results"]).comparisons
+    assert {(c.a, c.b) for c in found if c.metric == "precision"} == {
+        ("karto (a)", "hector"),
+        ("karto (a)", "karto (c)"),
+        ("hector", "karto (c)"),
+    }
+
+
+def test_the_file_comes_back_as_it_was(build, tmp_path):
+    two_rounds(build(goals=2, rounds=2)).write()
+    metrics = evaluate_runs([tmp_path / "results"])
+    assert read_metrics(write_metrics(tmp_path, metrics)) == metrics

@@ -191,3 +191,20 @@ def test_a_run_ended_by_the_infrastructure_is_not_counted_against_the_method(bui
     run = build(goals=1, rounds=1).round(0, {}, failed=(0, Outcome.DISK_FULL))
     with pytest.raises(RecordError, match="ended by disk_full, which says nothing about the method"):
         metrics_of(run)
+
+
+def test_a_pose_that_is_no_place_is_refused(build):
+    run = build(goals=1, rounds=3).round(0, {0: SE2(1e200, 0, 0)}).round(1, {0: SE2()}).round(2, {0: SE2()})
+    with pytest.raises(RecordError, match=r"goal 0 in round 0: a pose at \(1e\+200, 0\) m; expected one within 1e\+07"):
+        metrics_of(run)
+
+
+def test_a_heading_of_many_turns_counts_as_the_direction_that_it_is(build):
+    turned, plain = build("turned", goals=1, rounds=3), build("plain", goals=1, rounds=3)
+    for number in range(3):
+        turned.round(number, {0: SE2(0.01 * number, 0, 0.1 * number)})
+        plain.round(number, {0: SE2(0.01 * number, 0, 0.1 * number)})
+    turned.goals = [SE2(goal.x, goal.y, goal.theta + 6 * math.pi) for goal in turned.goals]
+    one, other = metrics_of(turned), metrics_of(plain)
+    assert one.orientation.accuracy_rad == pytest.approx(other.orientation.accuracy_rad)
+    assert one.uncertainty.accuracy_rad.high == pytest.approx(other.uncertainty.accuracy_rad.high)

@@ -38,6 +38,9 @@ from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, RoundStarted, RunRecord
 
+FARTHEST = 1e7
+"""Metres. What lies farther away than the pole from the equator is no place, and its square is soon no number."""
+
 
 def run_metrics(record: RunRecord, name: str, deviations: Deviations = NONE) -> RunMetrics:
     """All metrics of one run; `name` says where it stands.
@@ -139,6 +142,12 @@ def _check(record: RunRecord) -> None:
             if event.round not in numbers:
                 raise RecordError(f"{where}: goal {event.goal} ended in round {event.round}, which never began")
         if isinstance(event, Arrival):
+            for pose in (event.target, event.truth, event.estimate):
+                if pose is not None and max(abs(pose.x), abs(pose.y)) > FARTHEST:
+                    raise RecordError(
+                        f"{where}: goal {event.goal} in round {event.round}: a pose at ({pose.x:g}, {pose.y:g}) m; "
+                        f"expected one within {FARTHEST:g} m"
+                    )
             if (event.round, event.goal) in seen:
                 raise RecordError(f"{where}: two arrivals at goal {event.goal} in round {event.round}; expected one")
             seen.add((event.round, event.goal))
