@@ -74,6 +74,11 @@ def test_measured_latency_is_compute_time_scaled(host_of, still_robot):
     ("guest", "outcome", "words"),
     [
         ("Segfault", Outcome.CRASHED, "killed by SIGSEGV"),
+        (
+            "AbortsWithAReason",
+            Outcome.CRASHED,
+            'SIGABRT after printing "omega is not finite" at',
+        ),
         ("ReadsNull", Outcome.CRASHED, "killed by SIGSEGV"),
         ("Exits", Outcome.CRASHED, "exited with code 3"),
         ("ExitsPolitely", Outcome.CRASHED, "exited with code 4"),
@@ -106,7 +111,7 @@ def test_a_misbehaving_guest_is_named_when_its_answer_is_due(host_of, still_robo
     with pytest.raises(MethodFailedError):  # and it stays failed
         host.collect(400 * MILLISECOND)
     host.stop()
-    assert time.monotonic() - began < 4
+    assert time.monotonic() - began < 20  # nothing waits for it without end
 
 
 def test_memory_beyond_the_limit_ends_the_method(host_of, still_robot):
@@ -142,7 +147,7 @@ def test_a_method_that_does_not_stop_is_killed(host_of):
     began = time.monotonic()
     host.stop()
     host.stop()
-    assert time.monotonic() - began < 2
+    assert time.monotonic() - began < 20
 
 
 @pytest.mark.parametrize(
@@ -162,7 +167,7 @@ def test_a_method_that_does_not_stop_is_killed(host_of):
     ],
 )
 def test_what_cannot_start_says_why(host_of, guest, options, error, words):
-    host = host_of(guest, options, start_timeout_s=1.5)
+    host = host_of(guest, options, start_timeout_s=1.5 if guest == "HangsAtStart" else 60)
     with pytest.raises(error) as caught:
         host.start()
     assert words in str(caught.value)

@@ -27,6 +27,9 @@ _WATCH_PERIOD_S = 0.02
 _AFTER_CAP_PAUSE_S = 0.02
 _ANSWER_PERIOD_S = 0.1
 _THAW_PERIOD_S = 0.005
+_LAST_OUTPUT = 4096  # bytes kept to quote from
+_LONGEST_WORDS = 160
+_PYTHON_TELLS = "Fatal Python error"  # how its fault handler begins
 
 # Only these variables reach a method: where programs, packages, caches and locales are.
 _ENVIRONMENT = ("PATH", "HOME", "LANG", "LANGUAGE", "TZ", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHASHSEED")
@@ -70,6 +73,7 @@ class GuestProcess:
         self.peak_memory = 0
         self.over_memory = False
         self.log_error: OSError | None = None
+        self._last_output = b""
         try:
             self._log = log.open("ab")
         except OSError as error:
@@ -181,8 +185,16 @@ class GuestProcess:
         if code is None:
             return "closed its pipe without ending"
         if code < 0:
-            return f"killed by {signal.Signals(-code).name}"
+            return f"killed by {signal.Signals(-code).name}{self._last_words()}"
         return f"exited with code {code}"
+
+    def _last_words(self) -> str:
+        """What the child printed last before Python told where it was, quoted: a library's own reason to abort."""
+        self._watcher.join(timeout=1.0)  # it ends with the child, once all output is read
+        said = self._last_output.decode(errors="replace").partition(_PYTHON_TELLS)[0].split("\n")
+        line = next((line.strip() for line in reversed(said) if line.strip()), "")
+        printable = "".join(c for c in line if c.isprintable())
+        return f' after printing "{printable[:_LONGEST_WORDS]}"' if printable else ""
 
     def end(self, grace_s: float) -> None:
         """Wait `grace_s` for the child to end by itself, then kill it and all that it started. Idempotent."""
@@ -232,6 +244,7 @@ class GuestProcess:
                 continue
             text = os.read(self._output, 1 << 16)
             listening = bool(text)
+            self._last_output = (self._last_output + text)[-_LAST_OUTPUT:]
             self._write_log(text[: self._limits.log_bytes - kept])
             cut += max(0, len(text) - (self._limits.log_bytes - kept))
             kept = min(self._limits.log_bytes, kept + len(text))

@@ -39,6 +39,12 @@ class Segfault(Guest):
         os.kill(os.getpid(), signal.SIGSEGV)
 
 
+class AbortsWithAReason(Guest):
+    def misbehave(self, stamp):
+        os.write(2, b"omega is not finite\n")
+        os.abort()
+
+
 class ReadsNull(Guest):
     def misbehave(self, stamp):
         import ctypes
