@@ -234,9 +234,8 @@ def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
     shapes = {result.style.shape: result.sensor for result in ranked}
     lines = [KeyLine("whisker: 95 % interval"), KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)]
     if all(shapes.values()) and len(shapes) > 1:
-        lines += [
-            KeyLine(cards.sensor_name(sensor), Style(palette.MUTED, shape)) for shape, sensor in sorted(shapes.items())
-        ]
+        named = sorted((cards.sensor_name(sensor), shape) for shape, sensor in shapes.items())
+        lines += [KeyLine(name, Style(palette.MUTED, shape)) for name, shape in named]
     return lines
 
 
