@@ -15,7 +15,7 @@ import numpy.typing as npt
 from taskslam.errors import DatasetError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS, ImuSamples, LaserScan, PointCloud, WheelOdometry
-from taskslam.openloop.quaternions import pose_of
+from taskslam.openloop.quaternions import heading, pose_of
 from taskslam.robot import Lidar2D
 
 _MAX_SWEEP = NANOSECONDS  # a turn takes no longer than a second
@@ -54,14 +54,8 @@ def odometry(message: Any, T_child_base: FloatArray | None) -> WheelOdometry:
         raise DatasetError("a velocity that is not finite")
     q = message.pose.pose.orientation
     planar = T_child_base is None and q.x == 0 and q.y == 0
-    at = SE2(float(T[0, 3]), float(T[1, 3]), _heading(q)) if planar else SE2.from_matrix(T)
+    at = SE2(float(T[0, 3]), float(T[1, 3]), heading(q.z, q.w)) if planar else SE2.from_matrix(T)
     return WheelOdometry(stamp_of(message), at, linear, angular)
-
-
-def _heading(q: Any) -> float:
-    from taskslam.openloop.quaternions import heading
-
-    return heading(q.z, q.w)
 
 
 def imu(message: Any) -> ImuSamples:
