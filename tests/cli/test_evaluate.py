@@ -47,3 +47,19 @@ def test_a_run_that_cannot_be_read_is_named_and_left_out(results):
     assert "Left out" in result.output
     assert "run.json" in result.output
     assert len(json.loads((results / "metrics.json").read_text())["runs"]) == 1
+
+
+def test_published_and_right_numbers_are_shown_with_their_difference(results):
+    result = invoke(results, "--no-waypoints", "--deviations", "unclipped-arccos")
+    assert "The published code gives the same numbers" in result.output
+    content = json.loads((results / "metrics.json").read_text())
+    assert content["deviations"] == ["unclipped-arccos"]
+    assert content["runs"][0]["by_definition"]["completeness"] == 0.5
+
+
+def test_a_deviation_that_shows_is_a_row_of_the_table(results):
+    journal = results / "a" / "journal.jsonl"
+    journal.write_text(journal.read_text().replace('"truth":[0.9,2.0,0.0]', '"truth":[0.9,2.0,0.2]'))
+    result = invoke(results, "--no-waypoints", "--upstream-compat")
+    assert "as published  by definition  difference" in result.output
+    assert "Δ °" in result.output.split("as published")[1]

@@ -115,3 +115,10 @@ def test_the_order_of_rounds_does_not_matter(visits, random):
 @given(visits_strategy)
 def test_rms_is_never_below_the_mean(visits):
     assert waypoints.position_precision_rms(visits) >= waypoints.position_precision(visits) - 1e-12
+
+
+@given(visits_strategy, st.floats(1e-3, 1e3))
+def test_precision_is_measured_in_the_unit_of_the_positions(visits, unit):
+    scaled = visits * [unit, unit, 1.0]
+    assert waypoints.position_precision(scaled) == pytest.approx(unit * waypoints.position_precision(visits), rel=1e-9)
+    assert waypoints.orientation_precision(scaled) == waypoints.orientation_precision(visits)
