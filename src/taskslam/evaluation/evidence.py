@@ -134,7 +134,8 @@ def weigh(pairs: Sequence[tuple[Side, Side]], metric: str, seed: str) -> Evidenc
 
 
 def _side(run: RunMetrics, goals: Sequence[int], metric: str) -> Side | None:
-    visits = complete_visits(run, goals) if goals else None
+    comparable = metric == "precision" or run.truth_frame == "map"
+    visits = complete_visits(run, goals) if goals and comparable else None
     if visits is None or len(visits) < 2:
         return None
     targets = np.array([run.waypoints[goal].target for goal in goals])

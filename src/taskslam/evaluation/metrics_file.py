@@ -75,7 +75,10 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WaypointMetrics:
-    """One waypoint, by its index in the sequence. rounds: M; visits: rounds that reached it."""
+    """One waypoint, by its index in the sequence. rounds: M; visits: rounds that reached it.
+
+    unjudged: why it leaves all denominators, such as that no camera watched it; null where it counts.
+    """
 
     goal: int
     target: PoseRow
@@ -90,6 +93,7 @@ class WaypointMetrics:
     control: ErrorShare
     estimation: ErrorShare
     arrivals: tuple[Visit, ...]
+    unjudged: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -185,7 +189,9 @@ class Headline(_Part):
 class RunMetrics(_Part):
     """One run. position, orientation, iso9283, control, estimation: means over complete waypoints, each with weight 1.
 
-    by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
+    planned_waypoints: those that can be judged. truth_frame: `waypoint` where true poses have no place in `map`: then
+    accuracy and the share of estimation are not defined. by_definition: where the numbers are those of the published
+    code, what the paper's definitions give; else null.
     """
 
     directory: str
@@ -217,6 +223,7 @@ class RunMetrics(_Part):
     dropped_frames: int
     notices: int
     journal_truncated: bool
+    truth_frame: Literal["map", "waypoint"] = "map"
     by_definition: Headline | None = None
 
     @property

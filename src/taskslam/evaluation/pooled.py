@@ -89,7 +89,7 @@ def pooled_completeness(runs: Sequence[RunMetrics], missing: Sequence[int] = ())
 
     missing: planned waypoints of each sequence that has no run. Raises ValueError for no waypoint at all.
     """
-    driven = [waypoint.complete for run in runs for waypoint in run.waypoints]
+    driven = [waypoint.complete for run in runs for waypoint in run.waypoints if waypoint.unjudged is None]
     return completeness([*driven, *[False] * sum(missing)])
 
 

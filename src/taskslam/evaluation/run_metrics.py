@@ -36,7 +36,7 @@ from taskslam.evaluation.uncertainty import Sample, uncertainty
 from taskslam.evaluation.upstream import NONE, Deviation, Deviations
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
-from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, RoundStarted, RunRecord
+from taskslam.record import Arrival, GoalFailed, Manifest, MethodNotice, RoundEnded, RoundStarted, RunRecord
 
 FARTHEST = 1e7
 """Metres. What lies farther away than the pole from the equator is no place, and its square is soon no number."""
@@ -61,16 +61,17 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
     manifest = record.manifest
     counted, planned_rounds = _counted_rounds(record.rounds(), manifest.rounds, deviations)
     per_waypoint, complete_truths = _waypoints(
-        manifest.goals, _arrivals(record, counted, deviations), counted, planned_rounds, deviations
+        manifest, _arrivals(record, counted, deviations), counted, planned_rounds, deviations
     )
+    judged = [waypoint for waypoint in per_waypoint if waypoint.unjudged is None]
     complete = [waypoint for waypoint in per_waypoint if waypoint.complete]
     failures = _failures(record)
     rounds = _round_summaries(record)
     sample = Sample(
         visits=complete_truths,
-        goals=np.array([waypoint.target for waypoint in complete]).reshape(-1, 3),
+        goals=None if manifest.truth_frame == "waypoint" else np.array([w.target for w in complete]).reshape(-1, 3),
         complete=len(complete),
-        planned=len(per_waypoint),
+        planned=len(judged),
         rounds=planned_rounds,
         with_map=manifest.mode == "with-map",
         on_failure=_on_failure(manifest.scenario),
@@ -84,9 +85,9 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         mode=manifest.mode,
         seed=manifest.seed,
         rounds=planned_rounds,
-        completeness=completeness(waypoint.complete for waypoint in per_waypoint),
+        completeness=completeness(waypoint.complete for waypoint in judged),
         complete_waypoints=len(complete),
-        planned_waypoints=len(per_waypoint),
+        planned_waypoints=len(judged),
         position=Position(
             precision_m=_mean(waypoint.position.precision_m for waypoint in complete),
             accuracy_m=_mean(waypoint.position.accuracy_m for waypoint in complete),
@@ -102,7 +103,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
             pose_accuracy_rad=_mean(waypoint.iso9283.pose_accuracy_rad for waypoint in complete),
             pose_repeatability_rad=_mean(waypoint.iso9283.pose_repeatability_rad for waypoint in complete),
         ),
-        n_auc=_n_auc(complete, len(per_waypoint), planned_rounds),
+        n_auc=_n_auc(complete, len(judged), planned_rounds),
         uncertainty=uncertainty([sample]),
         control=_mean_share([waypoint.control for waypoint in complete]),
         estimation=_mean_share([waypoint.estimation for waypoint in complete]),
@@ -118,6 +119,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         dropped_frames=sum(summary.dropped_frames for summary in rounds),
         notices=sum(isinstance(event, MethodNotice) for event in record.events),
         journal_truncated=record.truncated,
+        truth_frame=manifest.truth_frame,
     )
 
 
@@ -128,6 +130,8 @@ def _check(record: RunRecord) -> None:
         raise RecordError(
             f"{where}: an open-loop replay has no goals: `taskslam evaluate-trajectories` judges it per frame"
         )
+    if len(manifest.unjudged) == goals:
+        raise RecordError(f"{where}: none of the waypoints can be judged: {next(iter(manifest.unjudged.values()))}")
     numbers = [start.round for start in record.rounds()]
     if len(set(numbers)) != len(numbers):
         raise RecordError(f"{where}: the journal starts a round twice; expected every round number once")
@@ -182,16 +186,19 @@ def _arrivals(record: RunRecord, counted: Sequence[int], deviations: Deviations)
 
 
 def _waypoints(
-    targets: Sequence[SE2],
+    manifest: Manifest,
     arrivals: Mapping[tuple[int, int], Arrival],
     counted: Sequence[int],
     rounds: int,
     deviations: Deviations,
 ) -> tuple[tuple[WaypointMetrics, ...], FloatArray | None]:
     """Metrics of every waypoint, and (M, N, 3) true poses at the complete ones; None if one was not measured."""
-    table = [[arrivals.get((goal, number)) for number in counted] for goal in range(len(targets))]
+    table = [[arrivals.get((goal, number)) for number in counted] for goal in range(len(manifest.goals))]
     truths, estimates = _poses(table, "truth"), _poses(table, "estimate")
-    goals = np.array([(target.x, target.y, target.theta) for target in targets])
+    targets = np.array([(target.x, target.y, target.theta) for target in manifest.goals])
+    # Poses in frames of their own say nothing about a goal or an estimate in `map`.
+    unknown = manifest.truth_frame == "waypoint"
+    goals, in_map = (np.full_like(poses, np.nan) if unknown else poses for poses in (targets, truths))
     columns = {
         "E": waypoints.position_precision(truths),
         "e": waypoints.position_accuracy(truths, goals),
@@ -212,17 +219,17 @@ def _waypoints(
         )
     ]
     means = waypoints.mean_pose(truths).tolist()
-    control, estimation = _shares(control_error(estimates, goals)), _shares(estimation_error(estimates, truths))
+    control, estimation = _shares(control_error(estimates, targets)), _shares(estimation_error(estimates, in_map))
     found = []
     for goal, row in enumerate(table):
         visits = tuple(_visit(arrival) for arrival in row if arrival is not None)
         found.append(
             WaypointMetrics(
                 goal=goal,
-                target=tuple(goals[goal].tolist()),
+                target=tuple(targets[goal].tolist()),
                 visits=len(visits),
                 rounds=rounds,
-                complete=is_complete(len(visits), rounds),
+                complete=is_complete(len(visits), rounds) and goal not in manifest.unjudged,
                 position=Position(precision_m=numbers["E"][goal], accuracy_m=numbers["e"][goal]),
                 precision_rms_m=numbers["rms"][goal],
                 orientation=Orientation(precision_rad=numbers["Delta"][goal], accuracy_rad=numbers["delta"][goal]),
@@ -231,6 +238,7 @@ def _waypoints(
                 control=control[goal],
                 estimation=estimation[goal],
                 arrivals=visits,
+                unjudged=manifest.unjudged.get(goal),
             )
         )
     complete = truths[[waypoint.complete for waypoint in found]]

@@ -37,7 +37,7 @@ def arrival_spread(runs: Sequence[RunMetrics], missing: int = 0) -> ArrivalSprea
     for run in runs:
         for waypoint in run.waypoints:
             truths = [visit.truth for visit in waypoint.arrivals if visit.truth is not None]
-            if len(truths) > 1 and waypoint.mean_pose is not None:
+            if len(truths) > 1 and waypoint.mean_pose is not None and waypoint.unjudged is None:
                 rows.append(np.array(truths) - waypoint.mean_pose)
     table = np.concatenate(rows) if rows else np.empty((0, 3))
     planned = sum(run.planned_waypoints * run.rounds for run in runs) + missing

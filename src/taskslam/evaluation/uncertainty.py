@@ -19,11 +19,12 @@ from taskslam.geometry import FloatArray, wrap
 class Sample:
     """What one run contributes. visits: (M, N, 3) true poses at its complete waypoints, goals: (N, 3).
 
-    visits is None if one of these poses was not measured. driven, failed: legs, those of the priming round included.
+    visits is None if one of these poses was not measured, goals if true poses have no place in their frame. driven,
+    failed: legs, those of the priming round included.
     """
 
     visits: FloatArray | None
-    goals: FloatArray
+    goals: FloatArray | None
     complete: int
     planned: int
     rounds: int
@@ -38,7 +39,9 @@ def sample_of(run: RunMetrics) -> Sample:
     legs = run.uncertainty.legs
     return Sample(
         visits=complete_visits(run),
-        goals=np.array([w.target for w in run.waypoints if w.complete]).reshape(-1, 3),
+        goals=None
+        if run.truth_frame == "waypoint"
+        else np.array([w.target for w in run.waypoints if w.complete]).reshape(-1, 3),
         complete=run.complete_waypoints,
         planned=run.planned_waypoints,
         rounds=run.rounds,
@@ -76,7 +79,8 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
     legs = _legs(samples, level)
     complete = _completeness(samples, missing, legs)
     spread, E = _spread(visits, level) if visits and fewest >= 3 else ({}, [])
-    distance = _distance(visits, known, level) if visits and fewest >= 2 else {}
+    goals = [sample.goals for sample in known if sample.goals is not None]
+    distance = _distance(visits, goals, level) if visits and len(goals) == len(visits) and fewest >= 2 else {}
     half = spread["total"] if spread else None
     return Uncertainty(
         level=level,
@@ -109,9 +113,9 @@ def _spread(visits: Sequence[FloatArray], level: float) -> tuple[dict[str, Ends]
     return ends, E
 
 
-def _distance(visits: Sequence[FloatArray], samples: Sequence[Sample], level: float) -> dict[str, Ends]:
+def _distance(visits: Sequence[FloatArray], goals: Sequence[FloatArray], level: float) -> dict[str, Ends]:
     """Accuracy in `position`, e, and in `heading`, delta."""
-    offsets = [v - sample.goals for v, sample in zip(visits, samples, strict=True)]
+    offsets = [v - g for v, g in zip(visits, goals, strict=True)]
     tables = [np.stack([np.hypot(o[..., 0], o[..., 1]), np.abs(wrap(o[..., 2]))]) for o in offsets]
     variance = intervals.two_way_variance(tables)
     means = np.array([_mean_of([table[kind] for table in tables]) for kind in (0, 1)])
