@@ -185,7 +185,8 @@ def _opencv_calibrate(
     pixels = [np.asarray(view.pixels - spread * view.outward, np.float32) for view in views]
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-10)
     if model is DistortionModel.EQUIDISTANT:
-        flags = cv2.fisheye.CALIB_RECOMPUTE_EXTRINSIC | cv2.fisheye.CALIB_FIX_SKEW
+        names = cv2.fisheye if hasattr(cv2.fisheye, "CALIB_FIX_SKEW") else cv2  # OpenCV 4, and 5
+        flags = names.CALIB_RECOMPUTE_EXTRINSIC | names.CALIB_FIX_SKEW
         K, D = np.eye(3), np.zeros((4, 1))
         _, K, D, rotations, translations = cv2.fisheye.calibrate(
             [p.astype(np.float64)[:, None] for p in points],
