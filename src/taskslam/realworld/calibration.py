@@ -189,8 +189,8 @@ def _opencv_calibrate(
         flags = names.CALIB_RECOMPUTE_EXTRINSIC | names.CALIB_FIX_SKEW
         K, D = np.eye(3), np.zeros((4, 1))
         _, K, D, rotations, translations = cv2.fisheye.calibrate(
-            [p.astype(np.float64)[:, None] for p in points],
-            [p.astype(np.float64)[:, None] for p in pixels],
+            [p.astype(np.float64)[None] for p in points],
+            [p.astype(np.float64)[None] for p in pixels],
             size,
             K,
             D,
