@@ -25,6 +25,8 @@ from taskslam.record import Arrival, Manifest, RoundStarted, RunRecord, load_run
 from taskslam.record.run_directory import MANIFEST
 
 _LARGEST = 1 << 26  # bytes of a log
+_LATEST = 1e10  # s since 1970
+_MOST_ROUNDS = 1000
 _SAME_PLACE = 1e-3  # m and rad; the published files carry six decimals
 
 
@@ -138,6 +140,8 @@ def _published_visits(path: Path, goals: Sequence[SE2]) -> list[tuple[int, int, 
     loop, met = 0, set[int]()
     for row in table.tolist():
         goal = _goal_at(SE2(*row[1:4]), goals, path)
+        if not abs(row[0]) <= _LATEST or (len(row) >= 6 and not 0 <= row[5] <= _MOST_ROUNDS):
+            raise InputError(f"{path}: stamp {row[0]:g}: expected Unix seconds, and a loop index of 0 to {_MOST_ROUNDS}")
         if len(row) >= 6:
             loop = int(row[5])
         elif goal in met:
@@ -170,7 +174,7 @@ def _csv_visits(path: Path, goals: Sequence[SE2]) -> list[tuple[int, int, int]]:
                 stamp, number, waypoint = _utc(row["time"] or ""), int(row["round"]), int(row["waypoint"])
             except (TypeError, ValueError) as error:
                 raise InputError(f"{where}: {error}; expected a time, a round and a waypoint") from None
-            if not 1 <= waypoint <= len(goals) or not 0 <= number <= 1000:
+            if not 1 <= waypoint <= len(goals) or not 0 <= number <= _MOST_ROUNDS:
                 raise InputError(
                     f"{where}: waypoint {waypoint} in round {number}; expected waypoints 1 to {len(goals)},"
                     " rounds from 1 (0 is the priming round)"
@@ -186,7 +190,7 @@ def _utc(text: str) -> int:
     text = text.strip()
     try:
         seconds, _, fraction = text.partition(".")
-        if seconds.isdecimal() and (not fraction or fraction.isdecimal()):
+        if seconds.isdecimal() and (not fraction or fraction.isdecimal()) and int(seconds) <= _LATEST:
             return int(seconds) * NANOSECONDS + int(f"{fraction:0<9.9}")
         moment = datetime.fromisoformat(text)
     except ValueError:
@@ -210,7 +214,7 @@ def _table(path: Path, columns: int, names: str) -> FloatArray:
         if len(values) < columns or not all(map(math.isfinite, values)) or (rows and len(values) != len(rows[0])):
             raise InputError(f"{path}, line {number}: expected finite numbers `{names}`, found '{text[:80]}'")
         rows.append(values)
-    return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
+    return np.array(rows, dtype=np.float64) if rows else np.empty((0, columns))
 
 
 def _text(path: Path) -> str:
