@@ -119,3 +119,13 @@ def test_the_file_comes_back_as_it_was(build, tmp_path):
     two_rounds(build(goals=2, rounds=2)).write()
     metrics = evaluate_runs([tmp_path / "results"])
     assert read_metrics(write_metrics(tmp_path, metrics)) == metrics
+
+
+def test_a_reference_competes_with_nobody(build, tmp_path):
+    for name, kind in (("karto", "slam"), ("hector", "slam"), ("ground_truth", "reference")):
+        builder = build(name, goals=2, rounds=3)
+        for number in range(3):
+            builder.round(number, {0: SE2(0.1 * number, 0, 0), 1: SE2(0, 0.1 * number, 0)})
+        builder.write(method=name, method_card={"name": name, "kind": kind})
+    pairs = [{pair.a, pair.b} for pair in evaluate_runs([tmp_path / "results"]).comparisons]
+    assert pairs == [{"hector", "karto"}] * 2  # precision and accuracy

@@ -23,8 +23,12 @@ def evaluate_runs(paths: Sequence[Path], deviations: Deviations = NONE) -> Metri
     """
     left_out: list[LeftOut] = []
     # Of ten thousand runs, the metrics fit into memory, the events do not: each record is let go at once.
-    metrics = [metrics for _, metrics in _each_run(paths, deviations, left_out)]
-    groups = by_method(metrics)
+    metrics, rivals = [], []
+    for record, found in _each_run(paths, deviations, left_out):
+        metrics.append(found)
+        if not record.manifest.is_reference:
+            rivals.append(found)
+    groups = by_method(rivals)
     return MetricsFile(
         definitions="upstream" if deviations else "paper",
         deviations=names_of(deviations),

@@ -130,6 +130,11 @@ class Manifest(_Part):
         return None if start is None else SE2(start.x, start.y, start.theta)
 
     @property
+    def is_reference(self) -> bool:
+        """Whether the method is told the truth: it shows what navigation alone does, and competes with nobody."""
+        return self.method_card.get("kind") == "reference"
+
+    @property
     def title(self) -> str:
         """The scenario's title, or its name."""
         return self._view.title or self.scenario_name

@@ -53,7 +53,11 @@ class ComparisonView:
 
 
 def comparison_views(runs: Sequence[RunView]) -> dict[str, ComparisonView]:
-    """By mode, if at least two methods ran in it; their order is that in which they first appear in `runs`."""
+    """By mode, if at least two methods ran in it; their order is that in which they first appear in `runs`.
+
+    References compete with nobody: to compare them too would cost the methods power (Holm's correction).
+    """
+    runs = [run for run in runs if not run.manifest.is_reference]
     groups: dict[str, list[RunMetrics]] = {}
     looks: dict[str, RunView] = {}
     for run in runs:

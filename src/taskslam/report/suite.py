@@ -45,8 +45,8 @@ class Entry:
 
     @property
     def is_reference(self) -> bool:
-        """Whether the method is told the truth: it shows what navigation alone does, and competes with nobody."""
-        return self.runs[0].manifest.method_card.get("kind") == "reference"
+        """Whether the method is told the truth."""
+        return self.runs[0].manifest.is_reference
 
     @property
     def rank(self) -> tuple[float, float, str]:
