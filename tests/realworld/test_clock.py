@@ -52,8 +52,8 @@ def test_a_slow_clock_is_no_time_zone(offset):
 
 def test_arrivals_without_a_camera_and_rests_without_an_arrival_do_not_disturb():
     stamps = laps(5, 1)
-    rests = seen(stamps[::2], 12.0) + [(5000.0, 5004.0), (6000.0, 6030.0)]
-    found = estimate_offset([(pauses(stamps[::2]) + [(7000.0, 7005.0)], rests)])
+    rests = [*seen(stamps[::2], 12.0), (5000.0, 5004.0), (6000.0, 6030.0)]
+    found = estimate_offset([([*pauses(stamps[::2]), (7000.0, 7005.0)], rests)])
     assert abs(found.offset - 12.0) < 0.5
     assert found.matched == 5
 

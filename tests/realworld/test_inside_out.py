@@ -60,7 +60,7 @@ def test_exact_corners_give_the_pose_of_the_base_under_the_tags(see, bundle, mou
 
 
 def test_heading_does_not_leak_into_position_as_it_does_in_the_published_way(see):
-    """Protocol 5.7: a tag 0.6 m off the axis and headings that scatter by 5 degrees: 3.8 cm of E where there is none."""
+    """Protocol 5.7: a tag 0.6 m off the axis and headings that scatter by 5 degrees: 3.8 cm of E out of none."""
     rng = np.random.default_rng(4)
     ours, published = [], []
     for _ in range(80):

@@ -119,7 +119,7 @@ def test_a_bundle_without_tags_or_with_one_id_twice_is_refused(write, bundle):
         "camera": {k: v for k, v in CAMERA.items() if k != "waypoints"},
         "bundles": [bundle],
     }
-    with pytest.raises(InputError, match="bundles.0"):
+    with pytest.raises(InputError, match=r"bundles\.0"):
         load_setup(write(content), InsideOutSetup)
 
 

@@ -11,7 +11,7 @@ SECOND = 10**9
 
 def look(second: float, x: float | None, tag: int = 1) -> Look:
     corners = np.array([[0.0, 0], [50, 0], [50, 50], [0, 50]])
-    tags = () if x is None else (Tag(tag, "tag36h11", 0, 50.0, corners + (x, 100.0)),)
+    tags = () if x is None else (Tag(tag, "tag36h11", 0, 50.0, corners + np.array([x, 100.0])),)
     return Look(Frame(round(second * SECOND), Path(f"{second}.jpg")), tags)
 
 

@@ -141,7 +141,7 @@ def _published_visits(path: Path, goals: Sequence[SE2]) -> list[tuple[int, int, 
     for row in table.tolist():
         goal = _goal_at(SE2(*row[1:4]), goals, path)
         if not abs(row[0]) <= _LATEST or (len(row) >= 6 and not 0 <= row[5] <= _MOST_ROUNDS):
-            raise InputError(f"{path}: stamp {row[0]:g}: expected Unix seconds, and a loop index of 0 to {_MOST_ROUNDS}")
+            raise InputError(f"{path}: stamp {row[0]:g}: expected Unix seconds, and a loop of 0 to {_MOST_ROUNDS}")
         if len(row) >= 6:
             loop = int(row[5])
         elif goal in met:
