@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from taskslam.benchmark.lab_file import Lab, load_lab, shipped_labs
-from taskslam.benchmark.lab_folder import INSIDE_OUT, OUTSIDE_IN
+from taskslam.benchmark.lab_folder import INSIDE_OUT, OUTSIDE_IN, write_logs
 from taskslam.benchmark.lab_tour import relive
-from taskslam.benchmark.virtual_lab import outside_in, photograph
+from taskslam.benchmark.virtual_lab import outside_in, photograph, scenario_of
 from taskslam.errors import InputError, RecordError
 from taskslam.evaluation.waypoints import position_precision
 from taskslam.geometry import SE2
@@ -37,7 +37,7 @@ from taskslam.world.loading import load_world
 pytest.importorskip("apriltag", reason="needs the extra `apriltag`")
 pytest.importorskip("cv2", reason="needs the extra `apriltag`")
 
-ROUNDS, PAUSE, DRIVE = 4, 5.0, 4.0
+ROUNDS, PAUSE, DRIVE = 3, 5.0, 4.0
 VISITED = (0, 2, 3, 8, 11)  # goals of the house's tour, from 0
 MISSED = (2, 11)  # round and goal that were never reached
 
@@ -51,7 +51,7 @@ def lab() -> Lab:
     return whole.model_copy(
         update={
             "cameras": cameras,
-            "photo": whole.photo.model_copy(update={"rate": 1.5, "before": 6.0, "after": 0.0}),
+            "photo": whole.photo.model_copy(update={"rate": 1.2, "before": 6.0, "after": 0.0}),
             # About the tag itself, so that the true pose of the base is the tag's.
             "sway": whole.sway.model_copy(update={"pivot": whole.tag.height}),
         }
@@ -146,7 +146,7 @@ def precision(record: RunRecord, goal: int) -> float:
 
 def test_every_picture_bears_its_time_and_lies_around_an_arrival(folder: Path, run: RunRecord, lab: Lab) -> None:
     pictures = list(csv.DictReader((folder / "truth" / "pictures.csv").open()))
-    assert len(pictures) > 8 * len(VISITED) * ROUNDS * 0.8
+    assert len(pictures) > 6 * len(VISITED) * ROUNDS * 0.8
     offsets = {camera.name: camera.clock_offset for camera in lab.cameras}
     ends = {(e.round, e.goal + 1): e.t / NANOSECONDS for e in run.events if isinstance(e, Arrival)}
     for row in pictures:
@@ -173,6 +173,15 @@ def test_the_logs_have_the_published_form(folder: Path, run: RunRecord, lab: Lab
     third = np.loadtxt(folder / "trials" / f"trial{MISSED[0]}" / "visited_waypoints.txt")
     assert len(third) == len(VISITED) - 1
     assert len(np.loadtxt(folder / "trials" / "trial0" / "planned_waypoints.txt")) == len(run.manifest.goals)
+
+
+def test_with_map_all_rounds_are_loops_of_one_trial(run: RunRecord, lab: Lab, tmp_path: Path) -> None:
+    with_map = replace(run, manifest=run.manifest.model_copy(update={"mode": "with-map"}))
+    write_logs(relive(with_map, lab.sway.sway, 0), lab, tmp_path)
+    assert [folder.name for folder in (tmp_path / "trials").iterdir()] == ["trial0"]
+    info = np.loadtxt(tmp_path / "trials" / "trial0" / "visited_waypoints_nav_info.txt")
+    np.testing.assert_array_equal(np.unique(info[:, 5]), range(ROUNDS))
+    assert len(info) == ROUNDS * len(VISITED) - 1
 
 
 @pytest.mark.parametrize(("direction", "goals"), [("outside", (0, 2, 11)), ("inside", (3, 8))])
@@ -280,6 +289,13 @@ def test_a_run_without_arrivals_is_refused(run: RunRecord, house, lab: Lab, tmp_
     without = replace(run, events=tuple(event for event in run.events if not isinstance(event, Arrival)))
     with pytest.raises(InputError, match="no arrival"):
         photograph(without, house, load_robot("turtlebot2"), lab, tmp_path / "out")
+
+
+def test_a_run_that_was_not_simulated_is_refused(run: RunRecord) -> None:
+    assert scenario_of(run) == load_scenario("house")
+    manifest = run.manifest.model_copy(update={"scenario": {"sequence": run.manifest.scenario["sequence"]}})
+    with pytest.raises(InputError, match="no scenario of a simulated run"):
+        scenario_of(replace(run, manifest=manifest))
 
 
 @pytest.mark.parametrize(

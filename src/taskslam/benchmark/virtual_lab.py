@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import ValidationError
 
 from taskslam.benchmark.lab_file import Lab, LabOverheadCamera
 from taskslam.benchmark.lab_folder import (
@@ -37,6 +38,7 @@ from taskslam.realworld.tag_plane import tag_square
 from taskslam.record import RunRecord
 from taskslam.record.files import writing
 from taskslam.robot import Robot
+from taskslam.scenario import Scenario
 from taskslam.simulation.lab_ceiling import with_ceiling
 from taskslam.simulation.lab_image import SAMPLES, Body, Cards, draw, sheet
 from taskslam.simulation.lab_lens import Backdrop, backdrop, covering_pinhole, natural_vignetting, pixel_corners
@@ -61,6 +63,16 @@ class Picture:
     ids: tuple[int, ...]
     corners: FloatArray
     file: bytes
+
+
+def scenario_of(record: RunRecord) -> Scenario:
+    """The scenario that a simulated run was driven in. Raises InputError for any other run."""
+    try:
+        return Scenario.model_validate(record.manifest.scenario)
+    except ValidationError as error:
+        raise InputError(
+            f"{record.directory}: no scenario of a simulated run; the lab relives only such runs"
+        ) from error
 
 
 def photograph(

@@ -31,15 +31,14 @@ def lab(
     """
     from taskslam.benchmark.lab_file import load_lab
     from taskslam.benchmark.stage import load_scenario_world
-    from taskslam.benchmark.virtual_lab import photograph
+    from taskslam.benchmark.virtual_lab import photograph, scenario_of
     from taskslam.cli.progress import progress
     from taskslam.record import load_run
     from taskslam.robot import load_robot
-    from taskslam.scenario import Scenario
 
     wanted = load_lab(lab_file)
     record = load_run(run_dir)
-    scenario = Scenario.model_validate(record.manifest.scenario)
+    scenario = scenario_of(record)
     with progress(quiet) as observer:
         observer.run_begins(f"lab {wanted.name}")
         observer.stage("loading the world")
