@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -162,27 +162,26 @@ def _goal_at(at: SE2, goals: Sequence[SE2], path: Path) -> int:
 
 def _csv_visits(path: Path, goals: Sequence[SE2]) -> list[tuple[int, int, int]]:
     rows = csv.DictReader(io.StringIO(_text(path)), skipinitialspace=True)
-    wanted = ("time", "round", "waypoint")
-    missing = [name for name in wanted if name not in (rows.fieldnames or ())]
-    if missing:
-        raise InputError(f"{path}: no column {', '.join(missing)}; expected the header `time,round,waypoint`")
-    visits = []
     try:
-        for row in rows:
-            where = f"{path}, line {rows.line_num}"
-            try:
-                stamp, number, waypoint = _utc(row["time"] or ""), int(row["round"]), int(row["waypoint"])
-            except (TypeError, ValueError) as error:
-                raise InputError(f"{where}: {error}; expected a time, a round and a waypoint") from None
-            if not 1 <= waypoint <= len(goals) or not 0 <= number <= _MOST_ROUNDS:
-                raise InputError(
-                    f"{where}: waypoint {waypoint} in round {number}; expected waypoints 1 to {len(goals)},"
-                    " rounds from 1 (0 is the priming round)"
-                )
-            visits.append((stamp, number, waypoint - 1))
+        missing = [name for name in ("time", "round", "waypoint") if name not in (rows.fieldnames or ())]
+        if missing:
+            raise InputError(f"{path}: no column {', '.join(missing)}; expected the header `time,round,waypoint`")
+        return [_csv_visit(row, f"{path}, line {rows.line_num}", len(goals)) for row in rows]
     except csv.Error as error:
-        raise InputError(f"{path}, line {rows.line_num}: {error}") from None
-    return visits
+        raise InputError(f"{path}, line {rows.line_num}: {error}; expected `time,round,waypoint`") from None
+
+
+def _csv_visit(row: Mapping[str, str], where: str, waypoints: int) -> tuple[int, int, int]:
+    try:
+        stamp, number, waypoint = _utc(row["time"] or ""), int(row["round"]), int(row["waypoint"])
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{where}: {error}; expected a time, a round and a waypoint") from None
+    if not 1 <= waypoint <= waypoints or not 0 <= number <= _MOST_ROUNDS:
+        raise InputError(
+            f"{where}: waypoint {waypoint} in round {number}; expected waypoints 1 to {waypoints},"
+            " rounds from 1 (0 is the priming round)"
+        )
+    return stamp, number, waypoint - 1
 
 
 def _utc(text: str) -> int:
