@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from common import machine_line
@@ -29,7 +30,7 @@ from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import set_stage
 from taskslam.benchmark.virtual_lab import photograph
 from taskslam.evaluation.waypoints import position_precision
-from taskslam.geometry import FloatArray, wrap
+from taskslam.geometry import FloatArray
 from taskslam.realworld.measure import measure_inside_out, measure_outside_in
 from taskslam.realworld.setup_file import InsideOutSetup, OutsideInSetup, load_setup
 from taskslam.record import Arrival, RunRecord, find_runs, load_run
@@ -178,33 +179,27 @@ def show_budget(record: RunRecord, world: World, out: Path) -> None:
 
 def budget_line(true: dict[int, FloatArray], seen: dict[int, FloatArray], camera: LabOverheadCamera) -> str:
     goals = [waypoint - 1 for waypoint in camera.waypoints if waypoint - 1 in seen]
-    a = np.concatenate([true[goal] for goal in goals])
-    b = np.concatenate([seen[goal] for goal in goals])
-    known = np.isfinite(b).all(axis=1)
-    turn = rotation_between(b[known], a[known])
     shifts, turns, errors = [], [], []
     for goal in goals:
         both = np.isfinite(seen[goal]).all(axis=1)
         one, other = true[goal][both], seen[goal][both]
-        moved = (other[:, :2] - other[:, :2].mean(axis=0)) @ turn.T
-        shifts.append(moved - (one[:, :2] - one[:, :2].mean(axis=0)))
-        difference = wrap(other[:, 2] - one[:, 2])
-        turns.append(wrap(difference - np.angle(np.exp(1j * difference).mean())))
+        difference = np.exp(1j * (other[:, 2] - one[:, 2]))
+        turn = difference.mean() / abs(difference.mean())  # no camera knows `map`: each waypoint has a frame of its own
+        turns.append(np.angle(difference / turn))
+        moved = deviations(other) / turn - deviations(one)
+        shifts.append(np.concatenate([moved.real, moved.imag]))
         errors.append(precision_mm(seen[goal]) - precision_mm(true[goal]))
     shift, heading = np.concatenate(shifts), np.degrees(np.concatenate(turns))
     return (
         f"{1000 * np.sqrt((shift**2).mean()):7.3f} mm {np.sqrt((heading**2).mean()):7.3f} deg"
-        f" {max(errors, key=abs):+7.2f} mm {int(known.sum()):4d} of {len(a)}"
+        f" {max(errors, key=abs):+7.2f} mm {len(heading):4d} of {sum(len(true[goal]) for goal in goals)}"
     )
 
 
-def rotation_between(poses: FloatArray, onto: FloatArray) -> FloatArray:
-    """(2, 2) rotation that lays positions best over others (Kabsch in the plane)."""
-    p = (poses[:, :2] - poses[:, :2].mean(axis=0)) @ np.array([1, 1j])
-    q = (onto[:, :2] - onto[:, :2].mean(axis=0)) @ np.array([1, 1j])
-    angle = np.angle((q * p.conj()).sum())
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])
+def deviations(poses: FloatArray) -> npt.NDArray[np.complex128]:
+    """(M,) x + iy of poses from their mean."""
+    at = poses[:, 0] + 1j * poses[:, 1]
+    return np.asarray(at - at.mean())
 
 
 def without_distortion(folder: Path) -> None:
