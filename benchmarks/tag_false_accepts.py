@@ -1,8 +1,9 @@
 """How often is a tag accepted that should not be? Rendered pictures of what goes wrong, judged as a measurement is.
 
 A look is accepted as outside-in does: found once, wholly inside the image, and four corners that fit a square on the
-known floor. Accepting is wrong where there is no such tag (wrong family, decoy, mirrored), where the border of the image
-cuts it, and where the pose is off by more than 10 mm or 2 degrees (blurred, tiny, over-exposed, partly covered). Good pictures are among them, so that refusing all is no way to pass.
+known floor. Accepting is wrong where there is no such tag (wrong family, decoy, mirrored), where the image's border
+cuts it, and where the pose is off by more than 10 mm or 2 degrees (blurred, tiny, over-exposed, partly covered). Good
+pictures are among them, so that refusing all is no way to pass.
 
     python benchmarks/tag_false_accepts.py [CASES_PER_KIND]
 """
