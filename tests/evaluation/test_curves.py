@@ -90,3 +90,9 @@ def test_the_curve_never_falls(values):
     curve = cumulative_precision(values, len(values) + 1, np.linspace(0, 4, 50))
     assert (np.diff(curve) >= 0).all()
     assert curve[-1] == pytest.approx(len(values) / (len(values) + 1))
+
+
+def test_there_is_no_area_where_a_complete_waypoint_has_no_precision():
+    assert curves.normalized_area([0.1, None], 3).exact is None
+    assert curves.normalized_area([], 3).exact == 0.0
+    assert curves.normalized_area([0.0, 0.0, 0.6], 3).exact == pytest.approx(2.5 / 3)

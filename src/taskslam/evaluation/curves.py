@@ -8,9 +8,12 @@ trapezoid over a coarse grid and cannot reach 1; the exact one is the integral o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
+from taskslam.evaluation.metrics_file import NormalizedArea
 from taskslam.geometry import FloatArray
 
 # In metres; whole centimetres divided by 100, so that a value on the grid compares as it does in the publication.
@@ -42,6 +45,22 @@ def n_auc_exact(precisions: npt.ArrayLike, planned: int, limit: float = EXACT_RA
     limit: right end of the curve in metres. An incomplete waypoint adds nothing.
     """
     return float(np.maximum(0.0, 1.0 - _checked(precisions, planned) / limit).sum() / planned)
+
+
+def normalized_area(precisions: Sequence[float | None], planned: int) -> NormalizedArea:
+    """Every N-AUC of the complete waypoints, whose E in metres is None where it is not known.
+
+    Without a true pose, or with one round, a complete waypoint has no E. It is neither on the curve nor missed, so then
+    there is no area at all; without any complete waypoint it is 0.
+    """
+    values = [value for value in precisions if value is not None]
+    if len(values) < len(precisions):
+        return NormalizedArea(published=None, published_real_grid=None, exact=None)
+    return NormalizedArea(
+        published=n_auc_on_grid(values, planned, SIMULATION_GRID),
+        published_real_grid=n_auc_on_grid(values, planned, REAL_GRID),
+        exact=n_auc_exact(values, planned),
+    )
 
 
 def _checked(precisions: npt.ArrayLike, planned: int) -> FloatArray:

@@ -111,12 +111,7 @@ def pooled_n_auc(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Nor
     """
     if any(run.rounds < 2 for run in runs):
         return NormalizedArea(published=None, published_real_grid=None, exact=None)
-    values, planned = pooled_precisions(runs), _planned(runs, missing)
-    return NormalizedArea(
-        published=curves.n_auc_on_grid(values, planned, curves.SIMULATION_GRID),
-        published_real_grid=curves.n_auc_on_grid(values, planned, curves.REAL_GRID),
-        exact=curves.n_auc_exact(values, planned),
-    )
+    return curves.normalized_area([w.position.precision_m for w in _complete(runs)], _planned(runs, missing))
 
 
 def pool(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Pooled:

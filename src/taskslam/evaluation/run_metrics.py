@@ -255,12 +255,7 @@ def _n_auc(complete: list[WaypointMetrics], planned: int, rounds: int) -> Normal
     """With one round there is no precision, so no curve; with several and no complete waypoint it is 0."""
     if rounds < 2:
         return NormalizedArea(published=None, published_real_grid=None, exact=None)
-    values = [w.position.precision_m for w in complete if w.position.precision_m is not None]
-    return NormalizedArea(
-        published=curves.n_auc_on_grid(values, planned, curves.SIMULATION_GRID),
-        published_real_grid=curves.n_auc_on_grid(values, planned, curves.REAL_GRID),
-        exact=curves.n_auc_exact(values, planned),
-    )
+    return curves.normalized_area([waypoint.position.precision_m for waypoint in complete], planned)
 
 
 def _failures(record: RunRecord) -> tuple[Failure, ...]:

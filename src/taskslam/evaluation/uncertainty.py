@@ -87,8 +87,8 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
         precision_m=_interval(spread, "total"),
         precision_here_m=_interval(spread, "here"),
         accuracy_m=_interval(distance, "position"),
-        precision_rad=_interval(spread, "heading"),
-        accuracy_rad=_interval(distance, "heading"),
+        precision_rad=_interval(spread, "heading", most=math.pi),
+        accuracy_rad=_interval(distance, "heading", most=math.pi),
         completeness=complete,
         n_auc_exact=_n_auc(samples, missing, E, half, complete) if fewest > 1 else None,
         precision_unbiased_m=_unbiased(visits) if visits and fewest >= 2 else None,
@@ -123,11 +123,11 @@ def _distance(visits: Sequence[FloatArray], goals: Sequence[FloatArray], level: 
     return {"position": (means[0], half[0]), "heading": (means[1], half[1])}
 
 
-def _interval(ends: dict[str, Ends], name: str) -> Interval | None:
+def _interval(ends: dict[str, Ends], name: str, most: float = math.inf) -> Interval | None:
     if name not in ends:
         return None
     mean, half = (float(number) for number in ends[name])
-    return Interval(low=mean * math.exp(-half), high=mean * math.exp(half))
+    return Interval(low=mean * math.exp(-half), high=min(mean * math.exp(half), most))
 
 
 def _mean_of(tables: Sequence[FloatArray]) -> float:
