@@ -11,6 +11,7 @@ from taskslam.evaluation.curves import (
     cumulative_precision,
     n_auc_exact,
     n_auc_on_grid,
+    normalized_area,
 )
 
 precisions = st.lists(st.floats(0, 3), min_size=0, max_size=20)
@@ -93,6 +94,6 @@ def test_the_curve_never_falls(values):
 
 
 def test_there_is_no_area_where_a_complete_waypoint_has_no_precision():
-    assert curves.normalized_area([0.1, None], 3).exact is None
-    assert curves.normalized_area([], 3).exact == 0.0
-    assert curves.normalized_area([0.0, 0.0, 0.6], 3).exact == pytest.approx(2.5 / 3)
+    assert normalized_area([0.1, None], 3).exact is None
+    assert normalized_area([], 3).exact == 0.0
+    assert normalized_area([0.0, 0.0, 0.6], 3).exact == pytest.approx(2.5 / 3)
