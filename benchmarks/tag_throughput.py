@@ -69,16 +69,23 @@ def frames(folder: Path, count: int) -> list[Frame]:
     return [Frame(k * 200_000_000, files[k % len(files)]) for k in range(count)]
 
 
-def bare(stream: list[Frame], threads: int) -> int:
-    """The detector on whole images."""
+def bare(stream: list[Frame], threads: int) -> tuple[int, float]:
+    """The detector on whole images: tags found, and largest memory, MB."""
     with Detector(ids=[TAG], threads=threads) as detector:
-        return sum(len(detector.detect(read_grey(frame.path))) for frame in stream)
+        return sum(len(detector.detect(read_grey(frame.path))) for frame in stream), peak(detector)
 
 
-def tracked(stream: list[Frame]) -> int:
-    """As a measurement looks through a recording."""
+def tracked(stream: list[Frame]) -> tuple[int, float]:
+    """As a measurement looks through a recording: the same."""
     with Detector(ids=[TAG]) as detector:
-        return sum(len(look.tags) for look in look_through(stream, CAMERA, detector, [TAG], gamma=2.2))
+        found = sum(len(look.tags) for look in look_through(stream, CAMERA, detector, [TAG], gamma=2.2))
+        return found, peak(detector)
+
+
+def peak(detector: Detector) -> float:
+    """Largest resident memory so far of this process and the detector's, MB."""
+    texts = [Path(f"/proc/{process}/status").read_text() for process in ("self", detector.pid)]
+    return sum(int(text.split("VmHWM:")[1].split()[0]) for text in texts) / 1024
 
 
 def measure(way: str, folder: Path, count: int) -> dict[str, float]:
@@ -87,7 +94,7 @@ def measure(way: str, folder: Path, count: int) -> dict[str, float]:
     bare(stream[:1], 1)  # imports and tables are not what is measured
     before = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     began = time.perf_counter()
-    found = tracked(stream) if way == "tracked" else bare(stream, int(way))
+    found, memory = tracked(stream) if way == "tracked" else bare(stream, int(way))
     wall = time.perf_counter() - began
     after = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     spent = sum(a.ru_utime + a.ru_stime - b.ru_utime - b.ru_stime for a, b in zip(after, before, strict=True))
@@ -95,7 +102,7 @@ def measure(way: str, folder: Path, count: int) -> dict[str, float]:
         "found": found / count,
         "cpu_ms": 1000 * spent / count,
         "wall_ms": 1000 * wall / count,
-        "memory_mb": (after[0].ru_maxrss + after[1].ru_maxrss) / 1024,
+        "memory_mb": memory,
     }
 
 

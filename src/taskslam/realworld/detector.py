@@ -26,6 +26,7 @@ from taskslam.slam.wire import Arrays, Header, MessageReader, WireError, pack
 FloatArray = npt.NDArray[np.float64]
 
 _PIPE_SIZE = 1 << 20
+_START_TIMEOUT_S = 60.0
 _SMALLEST_SIDE = 16  # px: no tag is found in less, and the library aborts on images of a few pixels
 
 
@@ -175,24 +176,26 @@ class Detector:
             with contextlib.suppress(OSError):
                 fcntl.fcntl(stream, fcntl.F_SETPIPE_SZ, _PIPE_SIZE)
         os.set_blocking(self._child.stdin.fileno(), False)
-        ready, _ = self._exchange(memoryview(b""), "starting")
+        ready, _ = self._exchange(memoryview(b""), "starting", max(self._timeout_s, _START_TIMEOUT_S))
         if "ready" not in ready:
             self.close()
+            if "refused" in ready:
+                raise InputError(f"the AprilTag library refuses {asdict(self.settings)}: {ready['refused']}")
             raise missing("The AprilTag library")
 
     def _ask(self, message: bytes, name: str) -> tuple[Header, Arrays]:
         if self._child is None:
             self._start()
-        return self._exchange(memoryview(message), name)
+        return self._exchange(memoryview(message), name, self._timeout_s)
 
-    def _exchange(self, rest: memoryview, name: str) -> tuple[Header, Arrays]:
+    def _exchange(self, rest: memoryview, name: str, timeout_s: float) -> tuple[Header, Arrays]:
         """Write `rest` and wait for one message."""
         child = self._child
         assert child is not None
         assert child.stdin is not None
         assert child.stdout is not None
         request, reply = child.stdin.fileno(), child.stdout.fileno()
-        deadline = time.monotonic() + self._timeout_s
+        deadline = time.monotonic() + timeout_s
         poller = select.poll()
         poller.register(reply, select.POLLIN)
         poller.register(request, select.POLLOUT)
@@ -211,7 +214,7 @@ class Detector:
                     rest = rest[os.write(request, rest) :]
         child.kill()
         self.close()
-        raise DetectorError(f"{name}: no answer from the tag detector in {self._timeout_s:g} s")
+        raise DetectorError(f"{name}: no answer from the tag detector in {timeout_s:g} s")
 
     def _died(self) -> _DiedError:
         child = self._child

@@ -53,18 +53,25 @@ def _pyapriltags(options: dict[str, Any]) -> Callable[[Any], list[tuple[int, int
     ]
 
 
+def _finder(options: dict[str, Any]) -> Callable[[Any], list[tuple[int, int, float, Any]]]:
+    try:
+        return _apriltag_python(options)
+    except ModuleNotFoundError:
+        return _pyapriltags(options)
+
+
 def main(options: dict[str, Any]) -> None:
     """Serve until standard input ends."""
     reply = os.dup(1)
     os.dup2(2, 1)
     try:
-        find = _apriltag_python(options)
+        find = _finder(options)
     except ModuleNotFoundError:
-        try:
-            find = _pyapriltags(options)
-        except ModuleNotFoundError:
-            _write(reply, pack({"error": "missing"}))
-            return
+        _write(reply, pack({"missing": True}))
+        return
+    except Exception as error:  # whatever the library calls it: told in the parent, where someone reads it
+        _write(reply, pack({"refused": f"{type(error).__name__}: {error}"[:500]}))
+        return
     _write(reply, pack({"ready": True}))
     reader = MessageReader()
     while chunk := os.read(0, _CHUNK):

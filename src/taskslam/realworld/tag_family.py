@@ -80,7 +80,9 @@ def code_cells(family: str, tag_id: int) -> BoolArray:
 @cache
 def _family(family: str) -> int:
     check_family(family)
-    create = getattr(_library(), f"{family}_create")
+    create = getattr(_library(), f"{family}_create", None)
+    if create is None:
+        raise InputError(f"tag family '{family}': the installed AprilTag library does not have it")
     create.restype = ctypes.c_void_p
     address: int = create()
     return address
