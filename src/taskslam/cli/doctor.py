@@ -6,14 +6,15 @@ import os
 import platform
 import shutil
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 import typer
 
-_CORE = ("numpy", "scipy", "numba", "embreex", "trimesh", "pycollada", "gtsam", "pydantic", "matplotlib")
-_IMPORTS = {"pycollada": "collada"}
+_CORE = ("numpy", "scipy", "numba", "embreex", "trimesh", "pycollada", "gtsam", "pydantic", "matplotlib", "rosbags")
+_TAGS = ("apriltag-python", "opencv-python-headless")
+_IMPORTS = {"pycollada": "collada", "apriltag-python": "apriltag", "opencv-python-headless": "cv2"}
 _OWN_VARIABLES = ("TASKSLAM_", "PYORBSLAM3_")
 _SUPPORTED = ((3, 11), (3, 13))
 _ENOUGH_DISK_GB = 2.0
@@ -45,7 +46,7 @@ def doctor() -> None:
 
     colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
     console = Console(highlight=False)
-    findings = [*machine(), *core_packages(), *methods(), *system_libraries(), *environment()]
+    findings = [*machine(), *core_packages(), *tag_packages(), *methods(), *system_libraries(), *environment()]
     width = max(len(finding.what) for finding in findings)
     for finding in findings:
         colour = colours[finding.health]
@@ -119,6 +120,17 @@ def _package(name: str) -> Finding:
     except Exception as error:
         return Finding(name, Health.BAD, f"cannot be imported: {error}", f"pip install --force-reinstall {name}")
     return Finding(name, Health.GOOD, version)
+
+
+def tag_packages() -> list[Finding]:
+    """What measuring with AprilTags needs: an extra, so its absence is no harm."""
+    found = [_package(name) for name in _TAGS]
+    return [
+        finding
+        if finding.health is Health.GOOD
+        else replace(finding, health=Health.NOTE, remedy="pip install 'taskslam[apriltag]'")
+        for finding in found
+    ]
 
 
 def methods() -> list[Finding]:
