@@ -10,7 +10,7 @@ from taskslam.geometry import FloatArray
 from taskslam.realworld.images import read_grey
 from taskslam.realworld.looks import Look
 
-SIDE = 480
+SIDE = 360
 """px of the longer side of a kept picture."""
 
 _AROUND = 2.2  # tag sides shown on each side
@@ -52,7 +52,7 @@ def _arrow(draw: object, corners: FloatArray) -> None:
     tip = middle + 1.7 * (top - middle)
     along = (tip - middle) / max(float(np.linalg.norm(tip - middle)), 1e-9)
     aside = np.array([-along[1], along[0]])
-    draw.line([tuple(middle.tolist()), tuple((tip - 9 * along).tolist())], fill=_HEADING, width=4)
+    draw.line([tuple(middle.tolist()), tuple((tip - 9 * along).tolist())], fill=_HEADING, width=3)
     head = np.array([tip, tip - 16 * along + 8 * aside, tip - 16 * along - 8 * aside])
     draw.polygon([tuple(point) for point in head.tolist()], fill=_HEADING)
 

@@ -62,12 +62,17 @@ class _Window:
         )
 
 
-def arrivals_figures(waypoints: Sequence[WaypointMetrics], tolerance: GoalTolerance, units: Units) -> list[Markup]:
-    """Draw one panel for each waypoint, on one scale where three quarters of them fit; wider ones zoom out."""
-    panels = [_panel(waypoint) for waypoint in waypoints]
+def arrivals_figures(
+    waypoints: Sequence[WaypointMetrics], tolerance: GoalTolerance, units: Units, in_map: bool = True
+) -> list[Markup]:
+    """Draw one panel for each waypoint, on one scale where three quarters of them fit; wider ones zoom out.
+
+    in_map: whether true poses compare with the goal; else the panel shows neither goal nor what SLAM believed.
+    """
+    panels = [_panel(waypoint, in_map) for waypoint in waypoints]
     zooms = sorted(panel.zoom for panel in panels)
     common = zooms[math.ceil(0.75 * len(zooms)) - 1]
-    return [_draw_panel(panel, max(panel.zoom, common), tolerance.position_m, units) for panel in panels]
+    return [_draw_panel(panel, max(panel.zoom, common), tolerance.position_m, units, in_map) for panel in panels]
 
 
 @dataclass(frozen=True)
@@ -84,12 +89,12 @@ class _Panel:
         return [truth for truth, _ in self.visits if truth is not None]
 
 
-def _panel(waypoint: WaypointMetrics) -> _Panel:
+def _panel(waypoint: WaypointMetrics, in_map: bool) -> _Panel:
     T_goal_map = SE2(*waypoint.target).inverse()
     visits = tuple(
         (
             None if visit.truth is None else T_goal_map @ SE2(*visit.truth),
-            None if visit.estimate is None else T_goal_map @ SE2(*visit.estimate),
+            None if visit.estimate is None or not in_map else T_goal_map @ SE2(*visit.estimate),
         )
         for visit in waypoint.arrivals
     )
@@ -105,7 +110,7 @@ def _panel(waypoint: WaypointMetrics) -> _Panel:
     return _Panel(waypoint, visits, mean, zoom)
 
 
-def _draw_panel(panel: _Panel, zoom: int, tolerance: float, units: Units) -> Markup:
+def _draw_panel(panel: _Panel, zoom: int, tolerance: float, units: Units, in_map: bool) -> Markup:
     waypoint = panel.waypoint
     half, bar, bar_label = _ZOOMS[zoom]
     window = _Window(0.0, 0.0, _SIZE, panel.mean, half)
@@ -113,17 +118,21 @@ def _draw_panel(panel: _Panel, zoom: int, tolerance: float, units: Units) -> Mar
     svg = Svg(_SIZE, _SIZE + _INSET + 12, label)
     with svg.window(_SIZE, _SIZE):
         goal = window.place(0.0, 0.0)
-        svg.circle(*goal, tolerance * window.scale, fill="none", stroke=palette.MUTED, stroke_dasharray="3 3")
-        if all(0 < coordinate < _SIZE for coordinate in goal):
+        if in_map:
+            svg.circle(*goal, tolerance * window.scale, fill="none", stroke=palette.MUTED, stroke_dasharray="3 3")
+        if in_map and all(0 < coordinate < _SIZE for coordinate in goal):
             _draw_goal(svg, *goal, 1.0)
         if len(panel.truths) > 1:
             _draw_mean(svg, *window.place(*panel.mean), (waypoint.position.precision_m or 0.0) * window.scale)
         for truth, belief in panel.visits:
             _draw_visit(svg, truth, belief, window)
-    if not waypoint.visits:
+    if waypoint.unjudged is not None and not panel.truths:
+        svg.text(_SIZE / 2, _SIZE / 2, "not measured", fill=palette.MUTED, font_size=13, text_anchor="middle")
+    elif not waypoint.visits:
         svg.text(_SIZE / 2, _SIZE / 2 + 40, "never reached", fill=palette.FAILURE, font_size=13, text_anchor="middle")
     svg.line(0, _SIZE, _SIZE, _SIZE, stroke=palette.HAIRLINE)
-    _draw_inset(svg, panel.truths, tolerance)
+    if in_map:
+        _draw_inset(svg, panel.truths, tolerance)
     _draw_scale_bar(svg, bar, bar_label, window.scale, units)
     for row, (name, value) in enumerate((("E", waypoint.position.precision_m), ("e", waypoint.position.accuracy_m))):
         y = _SIZE + 45 + 18 * row

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from taskslam.errors import FloorPlanError
+from taskslam.errors import FloorPlanError, RecordError
 from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.evaluation.pooled import pool
 from taskslam.geometry import SE2
@@ -21,6 +21,7 @@ from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
 from taskslam.report.failure_marks import FailurePlace
 from taskslam.report.failures import FailureView, failure_views
 from taskslam.report.markers import Style, marker_icon
+from taskslam.report.photos import MeasuredView, measured_view
 from taskslam.report.tour_figure import tour_figure
 from taskslam.report.tracks import Tracks
 from taskslam.report.units import Units
@@ -44,7 +45,7 @@ class WaypointView:
 class RunView:
     """A run with its pictures. anchor: where the page's links point; label: the method's name on this page.
 
-    damage: trajectories that could not be read, and why.
+    damage: trajectories that could not be read, and why. measured: what cameras saw, of a real robot.
     """
 
     anchor: str
@@ -58,6 +59,7 @@ class RunView:
     mean_bars: Markup
     failures: tuple[FailureView, ...]
     damage: tuple[str, ...]
+    measured: MeasuredView | None
 
     @property
     def name(self) -> str:
@@ -138,6 +140,11 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
     tracks = Tracks(record)
     tour = tour_figure(record, metrics, plan, tracks)
     failures = failure_views(record, metrics, plan, tracks)
+    damage = list(tracks.damage)
+    try:
+        measured = measured_view(record, metrics)
+    except RecordError as error:
+        measured, damage = None, [*damage, str(error)]
     return RunView(
         anchor=anchor,
         label=label,
@@ -149,12 +156,15 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
         waypoints=tuple(
             WaypointView(waypoint, arrivals, waypoint_bars(waypoint, limit, units))
             for waypoint, arrivals in zip(
-                metrics.waypoints, arrivals_figures(metrics.waypoints, tolerance, units), strict=True
+                metrics.waypoints,
+                arrivals_figures(metrics.waypoints, tolerance, units, metrics.truth_frame == "map"),
+                strict=True,
             )
         ),
         mean_bars=error_bars(metrics.control, metrics.estimation, limit, units),
         failures=failures,
-        damage=tuple(tracks.damage),
+        damage=tuple(damage),
+        measured=measured,
     )
 
 
