@@ -143,20 +143,19 @@ def _write_all(setup: Setup, logs: Sequence[ArrivalLog], rig: _Rig, out: Path, r
     for log, (measured, offsets, notes) in zip(logs, judged, strict=True):
         events = run_events(log, measured, setup.pause)
         unjudged = unjudged_goals(log, measured, [goal for station in rig.stations for goal in station.goals])
+        said = notes
         if len(unjudged) == len(log.goals):
-            raise InputError(
-                f"the run of {log.method} cannot be judged at any waypoint: {next(iter(unjudged.values()))}"
-            )
+            said = (*notes, f"the run of {log.method} cannot be judged at any waypoint, so evaluation will refuse it")
         seed = log.record.manifest.seed if log.record is not None else seeds[log.method, log.mode]
         seeds[log.method, log.mode] += 1
         name = setup.scenario or (log.record.manifest.scenario_name if log.record is not None else "measured")
         directory = out / name / log.method / log.mode / f"seed{seed}"
         known = all(station.place is not None for station in rig.stations) and not rig.published
-        files = _files(measured, offsets, rig, notes)
+        files = _files(measured, offsets, rig, said)
         frame = "map" if known else "waypoint"
         write_run(directory, log, events, unjudged, frame, setup.scenario, seed, files, replace)
         counts = Counter(found.verdict for found in measured.values())
-        runs.append(MeasuredRun(directory, counts, unjudged, tuple(measured.values()), notes))
+        runs.append(MeasuredRun(directory, counts, unjudged, tuple(measured.values()), said))
     return runs
 
 

@@ -36,6 +36,8 @@ def split(metrics: RunMetrics, units: Units) -> Markup:
     """Where the distance to the goal comes from, and which part limits precision."""
     control, estimation = metrics.control, metrics.estimation
     if control.position_m is None or estimation.position_m is None:
+        if metrics.complete_waypoints:
+            return escape("Estimates, or their place against the measured poses, are not known: no shares to show.")
         return escape("No waypoint was reached in every round, so the two shares have no mean.")
     text = Markup(
         "When the robot stopped, SLAM put it {} from the goal (control), and it truly stood {} from there"
