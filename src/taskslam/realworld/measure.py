@@ -73,7 +73,7 @@ def measure_outside_in(
     stations, planes, notes = [], [], []
     with Detector(setup.tag.family) as detector:
         for source in setup.cameras:
-            camera, looks = _camera_looks(source, setup, detector, {setup.tag.id}, progress)
+            camera, looks = _camera_looks(source, setup, detector, {setup.tag.id}, published, progress)
             station, plane = overhead_station(source, camera, looks, setup.tag, published)
             stations.append(station)
             notes += _broken(station.name, looks)
@@ -96,7 +96,7 @@ def measure_inside_out(
     logs = _logs(setup, {number for bundle in setup.bundles for number in bundle.waypoints})
     ids = {tag.id for bundle in setup.bundles for tag in bundle.layout}
     with Detector(setup.bundles[0].family) as detector:
-        camera, looks = _camera_looks(setup.camera, setup, detector, ids, progress)
+        camera, looks = _camera_looks(setup.camera, setup, detector, ids, published, progress)
     stations = [
         bundle_station(bundle, number - 1, setup.camera, camera, looks, published)
         for bundle in setup.bundles
@@ -128,12 +128,17 @@ def _logs(setup: Setup, watched: set[int]) -> list[ArrivalLog]:
 
 
 def _camera_looks(
-    source: CameraSource, setup: Setup, detector: Detector, ids: set[int], progress: Progress | None
+    source: CameraSource,
+    setup: Setup,
+    detector: Detector,
+    ids: set[int],
+    published: bool,
+    progress: Progress | None,
 ) -> tuple[Camera, list[Look]]:
     camera = load_camera(setup.path(source.calibration), source.image_kind)
     frames = image_frames(setup.path(source.images))
     report = None if progress is None else lambda done: progress(source.name, done, len(frames))
-    return camera, look_through(frames, camera, detector, ids, source.gamma, report)
+    return camera, look_through(frames, camera, detector, ids, 1.0 if published else source.gamma, report)
 
 
 def _write_all(setup: Setup, logs: Sequence[ArrivalLog], rig: _Rig, out: Path, replace: bool) -> list[MeasuredRun]:
