@@ -51,8 +51,7 @@ def parse_deviations(names: str) -> Deviations:
     for name in wanted:
         if name not in known:
             raise InputError(
-                f"--deviations {name}: unknown; expected all, or some of {', '.join(known)}."
-                f"{did_you_mean(name, known)}"
+                f"--deviations {name}: unknown; expected all, or some of {', '.join(known)}.{did_you_mean(name, known)}"
             )
     if not wanted:
         raise InputError(f"--deviations: no name given; expected all, or some of {', '.join(known)}")
