@@ -131,3 +131,13 @@ def test_the_title_of_a_run_with_a_long_name_is_shortened(make_run):
     folder = make_run("a", method=name).parent
     for name, figure in list(paper_figures(read_results([folder]), "column", "metric"))[-2:]:
         assert outside(figure) == [], name
+
+
+def test_a_run_that_ended_in_its_priming_round_is_drawn_without_rounds(make_run, tmp_path):
+    journal = make_run(mode="with-map") / "journal.jsonl"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join(line for line in lines if '"round":0' in line or "run_ended" in line))
+    figures = dict(paper_figures(read_results([tmp_path / "results"]), "column", "metric"))
+    (arrivals,) = [figure for name, figure in figures.items() if name.startswith("runs/arrivals_")]
+    assert "goal" in texts_of(arrivals)
+    assert "first round" not in texts_of(arrivals)

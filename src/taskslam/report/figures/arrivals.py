@@ -153,9 +153,10 @@ def _draw_goal(axes: Axes, size: float) -> None:
 def _draw_head(figure: Figure, title: str, shades: dict[int, str]) -> None:
     height = figure.get_size_inches()[1]
     draw_title(figure, title)
-    first, *_, last = [*shades.values(), *shades.values()]
+    colours = list(shades.values())  # none where the run ended in its priming round
+    ends = [("first round", colours[0]), ("last", colours[-1])] if colours else []
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3.4, "markeredgewidth": 0}
-    handles = [Line2D([], [], color=first, label="first round", **dot), Line2D([], [], color=last, label="last", **dot)]
+    handles = [Line2D([], [], color=colour, label=label, **dot) for label, colour in ends]
     handles += [Line2D([], [], color=palette.INK, linestyle="none", marker="x", markersize=3.5, label="mean")]
     handles += [Line2D([], [], color=palette.INK, linestyle="none", marker="+", markersize=6, label="goal")]
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0, 1 - 0.15 / height), ncols=5, handlelength=1.0,
