@@ -7,34 +7,29 @@ stands the run directory of that round: what a replay of the dataset can be comp
 from __future__ import annotations
 
 import shutil
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Protocol
 
 from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode, Tour, drive_tour
-from taskslam.benchmark.run import RunRequest, build_simulator, manifest_of, navigation_settings
+from taskslam.benchmark.run import RunRequest, build_simulator, record_tour
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import DatasetError
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
-from taskslam.navigation.navigator import Navigator
 from taskslam.openloop.bag_writer import BagWriter
 from taskslam.openloop.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.record.events import RunEnded
 from taskslam.record.files import sync_folder, writing
-from taskslam.record.run_directory import RunWriter, partial_folder
+from taskslam.record.run_directory import partial_folder
 from taskslam.robot import SensorRig
 from taskslam.scenario import Sequence
 from taskslam.simulation.simulator import Simulator
-from taskslam.slam.host import MethodHost
 from taskslam.slam.latency import LatencyModel
-from taskslam.world.map_server import save_floor_plan
 
 DRIVE = "drive"
 
@@ -144,7 +139,10 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     try:
         with writing(out):
             with closing(_writer(request.format, folder, stage, sensors)) as writer:
-                complete = _drive(stage, run, _Recorded(simulator, writer, sensors, until), folder / DRIVE, observer)
+                platform = _Recorded(simulator, writer, sensors, until)
+                complete = record_tour(
+                    stage, run, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
+                )
             folder.rename(out)
             sync_folder(out.parent)
     except BaseException:
@@ -153,24 +151,14 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     return complete
 
 
-def _drive(stage: Stage, request: RunRequest, platform: _Recorded, directory: Path, observer: Observer) -> bool:
-    started, wall = datetime.now(UTC), time.perf_counter()
-    navigator = Navigator(stage.plan, stage.robot, navigation_settings(stage.scenario))
-    with RunWriter(directory) as record:
-        save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
-
-        def new_method() -> MethodHost:
-            return MethodHost(request.method, request.options, stage.robot.rig, record.method_log, request.latency)
-
-        tour = Tour(stage.scenario, platform, navigator, new_method, record, observer)
-        try:
-            complete = drive_tour(tour, request.mode)
-        except _EnoughError:
-            complete, tour.last_failure = False, "the export ended here, as asked"
-            record.event(RunEnded(platform.now, complete))
-        wall_s = time.perf_counter() - wall
-        record.finish(manifest_of(stage, request, tour, complete, platform.now, wall_s, started.isoformat()))
-    return complete
+def _drive_until_enough(tour: Tour, mode: Mode) -> bool:
+    """As `drive_tour`, but the asked for seconds may end the run: then not every goal was reached."""
+    try:
+        return drive_tour(tour, mode)
+    except _EnoughError:
+        tour.last_failure = "the export ended here, as asked"
+        tour.record.event(RunEnded(tour.platform.now, False))
+        return False
 
 
 def _shortened(stage: Stage, goals: int | None) -> Stage:

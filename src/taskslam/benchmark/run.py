@@ -7,7 +7,7 @@ import json
 import os
 import platform as host_platform
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
@@ -16,6 +16,7 @@ from typing import Any
 
 from taskslam import __version__
 from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Mode, Tour, drive_tour
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
@@ -101,11 +102,29 @@ def latency_words(model: LatencyModel) -> str:
 
 
 def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Observer, overwrite: bool) -> bool:
-    scenario = stage.scenario
+    def simulator() -> Simulator:
+        observer.stage("building the simulator")
+        return build_simulator(stage, request)
+
+    return record_tour(stage, request, simulator, directory, observer, overwrite)
+
+
+def record_tour(
+    stage: Stage,
+    request: RunRequest,
+    make_platform: Callable[[], Platform],
+    directory: Path,
+    observer: Observer,
+    overwrite: bool = False,
+    drive: Callable[[Tour, Mode], bool] = drive_tour,
+) -> bool:
+    """Drive the tour on a platform and leave a finished run at `directory`; whether every goal was reached.
+
+    make_platform: called once, within the run's wall time. drive: what drives the rounds.
+    """
     started, wall = datetime.now(UTC), time.perf_counter()
-    observer.stage("building the simulator")
-    simulator = build_simulator(stage, request)
-    navigator = Navigator(stage.plan, stage.robot, navigation_settings(scenario))
+    platform = make_platform()
+    navigator = Navigator(stage.plan, stage.robot, navigation_settings(stage.scenario))
     with RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
@@ -115,11 +134,10 @@ def _attempt(stage: Stage, request: RunRequest, directory: Path, observer: Obser
                 request.method, {**request.options}, stage.robot.rig, log, request.latency, request.limits
             )
 
-        tour = Tour(scenario, simulator, navigator, new_method, record, observer)
-        complete = drive_tour(tour, request.mode)
-        record.finish(
-            manifest_of(stage, request, tour, complete, simulator.now, time.perf_counter() - wall, started.isoformat())
-        )
+        tour = Tour(stage.scenario, platform, navigator, new_method, record, observer)
+        complete = drive(tour, request.mode)
+        wall_s = time.perf_counter() - wall
+        record.finish(manifest_of(stage, request, tour, complete, platform.now, wall_s, started.isoformat()))
     return complete
 
 
