@@ -17,18 +17,19 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from common import aws_world, machine_line, pin_to_one_core
-from taskslam.geometry import SE2, FloatArray
+from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.robot import load_robot
 from taskslam.simulation.camera import StereoCameraSensor, pinhole_of
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rasterizer import Pinhole
 from taskslam.simulation.raytracing import RayCaster
-from taskslam.simulation.rendering import OPTICAL_IN_BODY, Scene
+from taskslam.simulation.rendering import Scene
 from taskslam.world import World
 from taskslam.world.loading import load_world
 
@@ -137,7 +138,7 @@ def main() -> None:
     for repeat in range(4):
         for T in poses(arguments.views):
             for name, draw in renderers.items():
-                spent = seconds(lambda draw=draw, T=T: draw(T))
+                spent = seconds(partial(draw, T))
                 if repeat > 0:
                     times[name].append(spent)
     medians = {name: statistics.median(values) for name, values in times.items()}
@@ -149,7 +150,7 @@ def main() -> None:
     sensor = StereoCameraSensor(camera, world, seed=0)
     motions = [Motion(0, SE2.from_matrix(T @ np.linalg.inv(OPTICAL_IN_BODY))) for T in poses(arguments.views)]
     sensor.measure(0, motions[0])
-    pair = statistics.median(seconds(lambda motion=motion: sensor.measure(0, motion)) for motion in motions)
+    pair = statistics.median(seconds(partial(sensor.measure, 0, motion)) for motion in motions)
     print(f"{'a pair with exposure and noise':30} {1e3 * pair:6.1f} ms")
     if arguments.memory is not None:
         large = load_world(arguments.memory)

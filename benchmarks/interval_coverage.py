@@ -43,7 +43,7 @@ def independent(random: np.random.Generator, shape: tuple[int, ...]) -> FloatArr
 def shared(random: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
     """Nine tenths of the variance are an offset that a round has at all its waypoints."""
     own, of_the_round = random.normal(size=shape), random.normal(size=(*shape[:2], 1, shape[3]))
-    return 0.1**0.5 * own + 0.9**0.5 * of_the_round
+    return np.asarray(0.1**0.5 * own + 0.9**0.5 * of_the_round)
 
 
 def drift(random: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
@@ -142,7 +142,7 @@ def completeness_table(trials: int, random: np.random.Generator) -> None:
     for name, chance in cases.items():
         fails = random.random((trials, 5, 12)) < chance
         reached = np.logical_and.accumulate(~fails, axis=2)
-        complete = reached.all(axis=1)
+        complete = np.asarray(reached.all(axis=1))
         truth = float(((1 - chance).cumprod() ** 5).mean())
         hits = np.zeros(2)
         for run, done in zip(reached, complete, strict=True):

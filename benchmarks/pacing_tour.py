@@ -77,7 +77,7 @@ def drive(stage: Stage, delay: float) -> Tour:
         time.sleep(delay)
         return quick(camera, stamp, motion)
 
-    StereoCameraSensor.measure = slow  # type: ignore[method-assign]
+    StereoCameraSensor.measure = slow  # type: ignore[method-assign, assignment]
     try:
         with tempfile.TemporaryDirectory() as folder:
             began = time.perf_counter()

@@ -11,6 +11,7 @@ import argparse
 import statistics
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,8 @@ def compare(name: str, sensor: LaserScanner | SpinningLidar, rays: RayCaster, pl
             origins, directions = sensor.fan.at(place[None, :])
             count = len(origins)
             turns = [
-                (ours, lambda motion=motion: sensor.measure(0, motion)),
-                (raw, lambda o=origins, d=directions: rays.scene.run(o, d, query="DISTANCE")),
+                (ours, partial(sensor.measure, 0, motion)),
+                (raw, partial(rays.scene.run, origins, directions, query="DISTANCE")),
             ]
             # Whoever comes second finds the tree's nodes in the cache, so they take turns.
             for times, work in turns if repeat % 2 else reversed(turns):

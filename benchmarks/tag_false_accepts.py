@@ -54,7 +54,7 @@ class Case:
 def floor(rng: np.random.Generator, height: float) -> TagPlane:
     """The floor of a camera that looks down, tilted by up to 30 degrees."""
     tilt = rng.uniform(-0.37, 0.37, 2)
-    return TagPlane(rotation_from_rpy(*tilt, 0.0) @ np.array([0.0, 0.0, -1.0]), -height)
+    return TagPlane(rotation_from_rpy(tilt[0], tilt[1], 0.0) @ np.array([0.0, 0.0, -1.0]), -height)
 
 
 def in_view(rng: np.random.Generator, plane: TagPlane, pixel: np.ndarray) -> np.ndarray:

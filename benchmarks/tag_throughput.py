@@ -43,7 +43,7 @@ def render(folder: Path) -> None:
     rng = np.random.default_rng(0)
     corners = pixel_corners(WIDTH, HEIGHT)
     rays = CAMERA.undistort(corners.reshape(-1, 2)).reshape(corners.shape)
-    texture = sum(gaussian_filter(rng.normal(0, s, (HEIGHT, WIDTH)), s) for s in (1.5, 6.0, 25.0))
+    texture = np.sum([gaussian_filter(rng.normal(0, s, (HEIGHT, WIDTH)), s) for s in (1.5, 6.0, 25.0)], axis=0)
     behind = Backdrop(
         np.clip(0.3 + 0.12 * texture / texture.std(), 0.02, 0.9).astype(np.float32),
         np.full((HEIGHT, WIDTH), np.inf, np.float32),

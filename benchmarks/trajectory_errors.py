@@ -15,6 +15,7 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -114,14 +115,14 @@ def compare(count: int, repeats: int) -> None:
         size = sum(path.stat().st_size for path in files)
         limit, _ = seconds(lambda: [np.bincount(np.fromfile(path, dtype=np.uint8), minlength=256) for path in files])
         for repeat in range(repeats):
-            rivals = {"evo": Evo(), "taskslam": Ours()}
+            rivals: dict[str, Evo | Ours] = {"evo": Evo(), "taskslam": Ours()}
             for step in STEPS:
                 found = {}
                 for name in list(rivals)[:: 1 if repeat % 2 else -1]:
-                    taken, found[name] = seconds(lambda name=name, step=step: rivals[name].run(step, files))  # noqa: B023
+                    taken, found[name] = seconds(partial(rivals[name].run, step, files))
                     times.setdefault((name, step), []).append(taken)
-                for theirs, ours in zip(found["evo"], found["taskslam"], strict=True):
-                    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9)
+                for wanted, got in zip(found["evo"], found["taskslam"], strict=True):
+                    np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-9)
     print(f"\n{count:,} poses in each of two files, {size / 1e6:.0f} MB; median of {repeats}")
     print(f"  {'step':12} {'evo s':>9} {'taskslam s':>11} {'ratio':>7}")
     totals = {"evo": 0.0, "taskslam": 0.0}
