@@ -26,7 +26,7 @@ def conformance_eyes(rig: SensorRig) -> Eyes:
     """The rig's stereo camera in the room of the conformance drive. Raises InputError if the rig has none."""
     if rig.stereo is None:
         raise InputError("the robot has no stereo camera; expected a rig with `stereo`")
-    camera = StereoCameraSensor(rig.stereo, conformance_world(), _SEED, threads=2)
+    camera = StereoCameraSensor(rig.stereo, conformance_world(), _SEED)
 
     def look(stamp: int, T_room_base: SE2) -> StereoImages:
         return camera.measure(stamp, Motion(stamp, T_room_base))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import numpy.typing as npt
 
@@ -23,15 +25,14 @@ def pinhole_of(camera: StereoCamera) -> Pinhole:
 
 
 class StereoCameraSensor:
-    """Both images of one instant, (H, W) grey or (H, W, 3) RGB uint8. threads: that share a picture's rows."""
+    """Both images of one instant, (H, W) grey or (H, W, 3) RGB uint8, drawn side by side on two threads."""
 
     sensor = Sensor.STEREO_IMAGES
 
-    def __init__(self, camera: StereoCamera, world: World, seed: int, threads: int = 1) -> None:
+    def __init__(self, camera: StereoCamera, world: World, seed: int) -> None:
         self.rate = camera.rate
         self._noise = camera.noise
         self._seed = seed
-        self._threads = threads
         self._scene = Scene(world, camera.color)
         self._pinhole = pinhole_of(camera)
         right = np.eye(4)
@@ -39,6 +40,7 @@ class StereoCameraSensor:
         mount = camera.mount.matrix()
         self._T_base_cameras = (mount @ OPTICAL_IN_BODY, mount @ right @ OPTICAL_IN_BODY)
         exposure = camera.exposure
+        self._beside = ThreadPoolExecutor(1, "right-eye")
         self._exposure = AutomaticExposure(camera.rate) if exposure == "auto" else FixedExposure(exposure)
         self.reset(0)
 
@@ -56,11 +58,9 @@ class StereoCameraSensor:
 
     def views(self, T_world_base: FloatArray) -> tuple[View, View]:
         """What left and right see, before exposure and noise, with the base at `T_world_base` (4, 4)."""
-        left, right = (
-            self._scene.view(T_world_base @ T_base_camera, self._pinhole, self._threads)
-            for T_base_camera in self._T_base_cameras
-        )
-        return left, right
+        left, right = (T_world_base @ T_base_camera for T_base_camera in self._T_base_cameras)
+        drawn_beside = self._beside.submit(self._scene.view, right, self._pinhole)
+        return self._scene.view(left, self._pinhole), drawn_beside.result()
 
     def _developed(self, view: View, gain: float, eye: int) -> npt.NDArray[np.uint8]:
         key = int(self._streams[eye].integers(0, 2**64, dtype=np.uint64))

@@ -150,8 +150,9 @@ def _texel(texels, begin, x, y, width_log2, height_log2):  # type: ignore[no-unt
     across, down = (1 << width_log2) - 1, (1 << height_log2) - 1
     left, right = column & across, (column + 1) & across
     upper, lower = begin + ((row & down) << width_log2), begin + (((row + 1) & down) << width_log2)
-    a, b = np.float32(texels[upper + left]), np.float32(texels[upper + right])
-    c, d = np.float32(texels[lower + left]), np.float32(texels[lower + right])
+    # Unsigned indices, since numba would look for negative ones that count from the end.
+    a, b = np.float32(texels[np.uint64(upper + left)]), np.float32(texels[np.uint64(upper + right)])
+    c, d = np.float32(texels[np.uint64(lower + left)]), np.float32(texels[np.uint64(lower + right)])
     a += fx * (b - a)
     c += fx * (d - c)
     return a + fy * (c - a)

@@ -245,9 +245,10 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
                     line = row * width + left
                     for i in range(right - left):
                         w = start + step * np.float32(i)
-                        if w > inverse_depth[line + i] and (not holed or _is_opaque(left + i, row, t, planes, holes)):
-                            inverse_depth[line + i] = w
-                            seen[line + i] = t
+                        pixel = np.uint64(line + i)  # unsigned: nothing to wrap round from the end
+                        if w > inverse_depth[pixel] and (not holed or _is_opaque(left + i, row, t, planes, holes)):
+                            inverse_depth[pixel] = w
+                            seen[pixel] = t
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
