@@ -1,6 +1,6 @@
 """Whether a closed-loop tour under ORB-SLAM3 depends on how fast the simulator renders (design D3).
 
-    python benchmarks/pacing_tour.py [--goals 3] [--repeats 3] [--delays 0 0.2]
+    python benchmarks/pacing_tour.py [--goals 3] [--repeats 3] [--delays 0 0.2] [--robot FILE]
 
 The built-in house is toured with so many seconds of extra rendering per stereo pair. ORB-SLAM3 is not deterministic,
 and in a closed loop a different pose makes a different drive, so single runs differ; what must not differ beyond that
@@ -45,13 +45,15 @@ def main() -> None:
     parser.add_argument("--goals", type=int, default=3)
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--delays", type=float, nargs="+", default=[0.0, 0.2])
+    parser.add_argument("--robot", default="turtlebot2", help="a preset or a robot file, of a slower camera say")
     asked = parser.parse_args()
-    scenario = load_scenario("house", ["protocol.rounds=1"])
+    common = ["protocol.rounds=1", f"robot={asked.robot}"]
+    scenario = load_scenario("house", common)
     rows = [waypoint.pose.array().tolist() for waypoint in scenario.sequence.goals[: asked.goals]]
-    scenario = load_scenario("house", ["protocol.rounds=1", f"sequence={{waypoints: {rows}}}"])
+    scenario = load_scenario("house", [*common, f"sequence={{waypoints: {rows}}}"])
     stage = set_stage(scenario, [], Observer())
     print(machine_line())
-    print(f"house, {asked.goals} goals, {asked.repeats} tours each")
+    print(f"house, {asked.robot}, {asked.goals} goals, {asked.repeats} tours each")
     for delay in asked.delays:
         tours = [drive(stage, delay) for _ in range(asked.repeats)]
         print(

@@ -1,6 +1,7 @@
 """Real-time factor of each sensor suite on one core, with and without a method's own compute time, and memory.
 
     python benchmarks/real_time_factor.py [--rounds 1] [--goals 12] [--suites odometry 2d 3d stereo]
+    python benchmarks/real_time_factor.py --goals 12 --methods karto orb_slam3 ...
 
 One core holds everything: simulator, navigation, host and the method's process. For each suite first a witness drives:
 a method that is handed all of the suite's measurements in its own process, and steers by the truth. That is the loop
@@ -60,7 +61,9 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--goals", type=int, default=3, help="how many goals of the tour")
     parser.add_argument("--suites", nargs="+", choices=SUITES, default=list(SUITES))
+    parser.add_argument("--methods", nargs="+", metavar="NAME", help="these methods, instead of suites")
     asked = parser.parse_args()
+    suites = {"": ("methods", tuple(asked.methods))} if asked.methods else {name: SUITES[name] for name in asked.suites}
     world = aws_world("aws_small_house")
     name = "aws_small_house" if world else "house"
     path = list(range(asked.goals + 1))
@@ -71,8 +74,7 @@ def main() -> None:
         pin_to_one_core()
         print(machine_line())
         print(f"{name}, {asked.goals} goals, {asked.rounds} round(s), one core")
-        for suite in asked.suites:
-            title, methods = SUITES[suite]
+        for title, methods in suites.values():
             print(f"{title}:")
             for method in methods:
                 measure(stage, method, Path(folder))
