@@ -1,9 +1,7 @@
 import pytest
 
-from taskslam.evaluation import read_runs
 from taskslam.report.comparison_view import comparison_views
-from taskslam.report.markers import method_styles
-from taskslam.report.views import run_view
+from taskslam.report.results import read_results
 
 
 @pytest.fixture
@@ -11,14 +9,7 @@ def views(make_run, tmp_path):
     """Three methods, one of them far less repeatable, in one mode."""
     for name, spread in (("close", 0.001), ("far", 0.1), ("further", 0.11)):
         make_run(name, method=name, rounds=8, spread=spread)
-    read, _ = read_runs([tmp_path / "results"])
-    styles = method_styles([record.manifest.method for record, _ in read])
-    return comparison_views(
-        [
-            run_view("r", record.manifest.method, record, metrics, styles[record.manifest.method])
-            for record, metrics in read
-        ]
-    )
+    return comparison_views(read_results([tmp_path / "results"]))
 
 
 def test_the_matrix_reads_row_over_column(views):
@@ -44,6 +35,11 @@ def test_the_clearest_pairs_come_first_and_are_counted(views):
 
 def test_one_method_alone_is_compared_with_nobody(make_run, tmp_path):
     make_run()
-    ((record, metrics),), _ = read_runs([tmp_path / "results"])
-    style = method_styles(["karto"])["karto"]
-    assert comparison_views([run_view("r", "karto", record, metrics, style)]) == {}
+    assert comparison_views(read_results([tmp_path / "results"])) == {}
+
+
+def test_references_are_compared_with_nobody(make_run, tmp_path):
+    for name, card in (("a", {}), ("b", {}), ("truth", {"kind": "reference"})):
+        make_run(name, method=name, card=card)
+    (view,) = comparison_views(read_results([tmp_path / "results"])).values()
+    assert [row.name for row in view.rows] == ["a", "b"]

@@ -2,9 +2,8 @@ import json
 
 import pytest
 
-from taskslam.evaluation import read_runs
-from taskslam.report.markers import method_styles
 from taskslam.report.page_data import page_data
+from taskslam.report.results import read_results
 from taskslam.report.views import run_view, scenario_view
 
 
@@ -14,9 +13,8 @@ def told(make_run, tmp_path):
 
     def tell(**options):
         make_run(**options)
-        ((record, metrics),), _ = read_runs([tmp_path / "results"])
-        run = run_view("run-1", "karto", record, metrics, method_styles(["karto"])["karto"])
-        return json.loads(page_data([scenario_view([run], False)])), metrics
+        (run,) = read_results([tmp_path / "results"]).runs
+        return json.loads(page_data([scenario_view([run_view("run-1", run)], False)])), run.metrics
 
     return tell
 

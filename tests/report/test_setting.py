@@ -1,10 +1,7 @@
 import pytest
 
-from taskslam.evaluation import read_runs
-from taskslam.report.markers import method_styles
-from taskslam.report.names import method_labels
+from taskslam.report.results import read_results
 from taskslam.report.setting import facts
-from taskslam.report.views import run_view
 
 
 @pytest.fixture
@@ -12,14 +9,7 @@ def told(tmp_path):
     """The facts of all runs below the results folder, by name."""
 
     def tell():
-        read, _ = read_runs([tmp_path / "results"])
-        labels = method_labels([record.manifest for record, _ in read])
-        styles = method_styles(labels)
-        runs = [
-            run_view(f"run-{index}", label, record, metrics, styles[label])
-            for index, (label, (record, metrics)) in enumerate(zip(labels, read, strict=True))
-        ]
-        return {fact.name: fact.values for fact in facts(runs)}
+        return {fact.name: fact.values for fact in facts(read_results([tmp_path / "results"]).runs)}
 
     return tell
 

@@ -5,10 +5,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from taskslam.evaluation import read_runs
 from taskslam.report import write_report
-from taskslam.report.markers import method_styles
-from taskslam.report.names import method_labels
+from taskslam.report.results import read_results
 from taskslam.report.suite import is_suite, suite_view
 from taskslam.report.views import run_view, scenario_view
 
@@ -50,26 +48,17 @@ def page(three_methods, tmp_path):
     return write_report([three_methods], tmp_path / "out" / "report.html").read_text()
 
 
-def views(folder):
-    read, _ = read_runs([folder])
-    labels = method_labels([record.manifest for record, _ in read])
-    styles = method_styles(labels)
-    return [
-        run_view(f"run-{index}", label, record, metrics, styles[label])
-        for index, (label, (record, metrics)) in enumerate(zip(labels, read, strict=True))
-    ]
-
-
 def suite(folder):
-    runs = views(folder)
-    names = sorted({run.metrics.scenario for run in runs})
+    results = read_results([folder])
+    runs = [run_view(f"run-{index}", run) for index, run in enumerate(results.runs)]
     return suite_view(
-        runs, [scenario_view([run for run in runs if run.metrics.scenario == name], True) for name in names]
+        results,
+        [scenario_view([run for run in runs if run.metrics.scenario == name], True) for name in results.scenarios],
     )
 
 
 def test_a_run_that_a_method_lacks_stays_in_its_denominator(three_methods):
-    by_name = {entry.name: entry.pooled for entry in suite(three_methods).ranked("without-map")}
+    by_name = {result.label: result.pooled for result in read_results([three_methods]).in_mode("without-map")}
     assert by_name["karto"].completeness == 1.0
     assert by_name["hector"].completeness == pytest.approx(5 / 6)
     assert by_name["kiss_icp"].completeness == pytest.approx(3 / 6)
@@ -87,7 +76,8 @@ def test_the_table_is_ordered_by_completeness_and_says_what_is_missing(page):
 def test_at_equal_completeness_the_more_precise_method_comes_first(make_run, tmp_path):
     for name, spread in (("a", 0.03), ("b", 0.001), ("c", 0.01)):
         make_run(name, method=name, spread=spread)
-    assert [entry.name for entry in suite(tmp_path / "results").ranked("without-map")] == ["b", "c", "a"]
+    results = read_results([tmp_path / "results"])
+    assert [result.label for result in results.in_mode("without-map")] == ["b", "c", "a"]
 
 
 def test_known_limits_are_printed_with_the_result(page):
@@ -119,7 +109,7 @@ def test_few_runs_stay_open(make_run, tmp_path):
 def test_two_methods_in_one_scenario_are_no_suite(make_run, tmp_path):
     make_run("a", method="a")
     make_run("b", method="b", mode="with-map")
-    assert not is_suite(views(tmp_path / "results"))
+    assert not is_suite(read_results([tmp_path / "results"]))
     assert 'class="findings' not in write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
 
 
@@ -135,7 +125,7 @@ def test_options_tell_variants_of_a_method_apart(make_run, tmp_path):
     make_run("a")
     make_run("b", method_options={"range": 8})
     make_run("c", method_options={"range": 9})
-    assert {run.label for run in views(tmp_path / "results")} == {
+    assert {run.label for run in read_results([tmp_path / "results"]).runs} == {
         "karto (default options)",
         "karto (range = 8)",
         "karto (range = 9)",
@@ -147,7 +137,7 @@ def test_completeness_of_both_modes_stands_at_the_violin(make_run, tmp_path):
     make_run("b", mode="with-map")
     make_run("c", method="other")
     make_run("d", method="third")
-    labels = {method.name: method.completeness_label for method in suite(tmp_path / "results").methods}
+    labels = {method.label: method.completeness_label for method in read_results([tmp_path / "results"]).methods}
     assert labels == {"karto": "(67 | 100)", "other": "(100 | –)", "third": "(100 | –)"}
 
 
@@ -157,7 +147,7 @@ def test_scenarios_with_different_robots_share_no_robot_diameter(make_run, tmp_p
     manifest = tmp_path / "results" / "b" / "run.json"
     changed = manifest.read_text().replace('"robot": "turtlebot2"', '"units": {"robot_diameter": 0.5}')
     manifest.write_text(changed)
-    assert suite(tmp_path / "results").diameter_m is None
+    assert read_results([tmp_path / "results"]).units.diameter_m is None
     assert " D</text>" not in str(suite(tmp_path / "results").curves[0].figure)
 
 

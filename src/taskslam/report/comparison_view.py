@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from taskslam.evaluation import RunMetrics
 from taskslam.evaluation.comparison import compare_methods
 from taskslam.evaluation.metrics_file import Comparison
-from taskslam.report.views import MODES, RunView
+from taskslam.report.results import MODES, Method, Results
 
 
 @dataclass(frozen=True)
@@ -52,40 +51,35 @@ class ComparisonView:
         return [_worse(pair) for pair in self.pairs if pair.told_apart and _better(pair) == name]
 
 
-def comparison_views(runs: Sequence[RunView]) -> dict[str, ComparisonView]:
-    """By mode, if at least two methods ran in it; their order is that in which they first appear in `runs`.
+def comparison_views(results: Results) -> dict[str, ComparisonView]:
+    """By mode, if at least two methods ran in it; the best method first, as in every figure.
 
     References compete with nobody: to compare them too would cost the methods power (Holm's correction).
     """
-    runs = [run for run in runs if not run.manifest.is_reference]
-    groups: dict[str, list[RunMetrics]] = {}
-    looks: dict[str, RunView] = {}
-    for run in runs:
-        groups.setdefault(run.label, []).append(run.metrics)
-        looks.setdefault(run.label, run)
-    compared = compare_methods(groups)
+    methods = {method.label: method for method in results.methods if not method.is_reference}
+    compared = compare_methods(
+        {label: [run.metrics for result in method.results for run in result.runs] for label, method in methods.items()}
+    )
     views = {}
     for mode in MODES:
         own = [pair for pair in compared if pair.mode == mode]
+        names = {name for pair in own for name in (pair.a, pair.b)}
         if own:
-            names = [name for name in groups if any(name in (pair.a, pair.b) for pair in own)]
-            views[mode] = _view(mode, names, looks, own)
+            views[mode] = _view(mode, [method for label, method in methods.items() if label in names], own)
     return views
 
 
-def _view(
-    mode: str, names: Sequence[str], looks: Mapping[str, RunView], compared: Sequence[Comparison]
-) -> ComparisonView:
+def _view(mode: str, methods: Sequence[Method], compared: Sequence[Comparison]) -> ComparisonView:
     pairs = [pair for pair in compared if pair.waypoints]
     by_names = {(pair.a, pair.b): pair for pair in compared}
     rows = tuple(
         MatrixRow(
-            name=row,
-            icon=looks[row].method_icon,
-            key=looks[row].style.key,
-            cells=tuple(_cell(row, column, by_names, looks[column].style.key) for column in names),
+            name=row.label,
+            icon=row.icon,
+            key=row.style.key,
+            cells=tuple(_cell(row.label, column.label, by_names, column.style.key) for column in methods),
         )
-        for row in names
+        for row in methods
     )
     pairs.sort(key=lambda pair: (not pair.told_apart, pair.p_adjusted if pair.p_adjusted is not None else 2.0))
     return ComparisonView(mode, rows, tuple(pairs), len(compared) - len(pairs))

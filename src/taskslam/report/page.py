@@ -11,19 +11,18 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from taskslam.evaluation import read_runs
 from taskslam.record.files import write_whole, writing
 from taskslam.report import cards, palette, words
 from taskslam.report.comparison_view import comparison_views
 from taskslam.report.failure_story import WINDOW_S
-from taskslam.report.markers import Style, marker_icon, marker_shapes, method_styles
-from taskslam.report.names import method_labels
+from taskslam.report.markers import marker_shapes
 from taskslam.report.page_data import page_data
 from taskslam.report.plan_drawing import plan_pictures
+from taskslam.report.results import Results, read_results
 from taskslam.report.setting import facts
 from taskslam.report.suite import SuiteView, is_suite, suite_view
 from taskslam.report.verdicts import mode_verdicts, run_verdict, split
-from taskslam.report.views import MODES, RunView, ScenarioView, run_view, scenario_view
+from taskslam.report.views import RunView, ScenarioView, run_view, scenario_view
 
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
 _STYLES = ("style.css", "interactive.css", "print.css")
@@ -36,44 +35,33 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     trajectories that cannot be read are named on the page and left out. Raises RecordError if there is no run at all,
     DiskFullError if the page cannot be written.
     """
-    read, left_out = read_runs(folders)
-    labels = method_labels([record.manifest for record, _ in read])
-    main = {
-        name: cards.main_sensor(record.manifest.method_card) for name, (record, _) in zip(labels, read, strict=True)
-    }
-    styles = method_styles(labels, main)
-    runs = [
-        run_view(f"run-{index}", label, record, metrics, styles[label])
-        for index, (label, (record, metrics)) in enumerate(zip(labels, read, strict=True), start=1)
-    ]
-    whole_suite = is_suite(runs)
+    results = read_results(folders)
+    runs = [run_view(f"run-{index}", run) for index, run in enumerate(results.runs, start=1)]
+    whole_suite = is_suite(results)
     scenarios = [
-        scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite)
-        for name in sorted({run.metrics.scenario for run in runs})
+        scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite) for name in results.scenarios
     ]
-    comparisons = comparison_views(sorted(runs, key=lambda run: run.rank)) if runs else {}
-    modes = [mode for mode in MODES if any(run.metrics.mode == mode for run in runs)]
-    suite = suite_view(runs, scenarios) if whole_suite else None
-    style = _style(list(styles.values()), modes)
+    suite = suite_view(results, scenarios) if whole_suite else None
+    style = _style(results)
     script = _own("page.js")
     environment = Environment(
         loader=PackageLoader("taskslam.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
     text = environment.get_template("report.html").render(
+        results=results,
         suite=suite,
         scenarios=scenarios,
         folded=len(runs) > MOST_OPEN_RUNS,
-        left_out=left_out,
         damaged=[(run.metrics.directory, reason) for run in runs for reason in _damage(run)],
-        modes=modes,
-        methods=[(name, marker_icon(look, name), look.key) for name, look in styles.items()],
-        cards_shown=_cards(runs),
-        comparisons=comparisons,
+        comparisons=comparison_views(results),
         facts=facts(runs) if runs else [],
-        task_units=_task_units(runs),
+        task_units=_task_units(results),
         parts=_parts(suite, scenarios),
-        shared=[plan_pictures([run.plan for run in runs if run.plan is not None]), marker_shapes(styles.values())],
+        shared=[
+            plan_pictures([run.plan for run in runs if run.plan is not None]),
+            marker_shapes(run.style for run in results.first_runs),
+        ],
         data=page_data(scenarios),
         story_window=WINDOW_S,
         mode_verdicts=mode_verdicts,
@@ -96,9 +84,9 @@ def _own(name: str) -> str:
     return resources.files("taskslam.report").joinpath("templates", name).read_text(encoding="utf-8")
 
 
-def _style(styles: Sequence[Style], modes: Sequence[str]) -> str:
+def _style(results: Results) -> str:
     """The style sheet, with a rule for each box of the filter: what it stands for is hidden while it is not checked."""
-    boxes = [("method", style.key) for style in styles] + [("mode", mode) for mode in modes]
+    boxes = [("method", run.style.key) for run in results.first_runs] + [("mode", mode) for mode in results.modes]
     rules = [
         f':root:has(#show-{value}:not(:checked)) [data-{kind}="{value}"] {{ display: none !important; }}'
         for kind, value in boxes
@@ -124,21 +112,11 @@ def _damage(run: RunView) -> list[str]:
     return [*cut, *run.damage]
 
 
-def _cards(runs: Sequence[RunView]) -> list[tuple[str, Markup, str, dict[str, object]]]:
-    """Each method's name, marker, filter key and card, as its first run had it."""
-    first = {run.label: run for run in reversed(runs)}
-    return [
-        (label, first[label].method_icon, first[label].style.key, first[label].manifest.method_card)
-        for label in dict.fromkeys(run.label for run in runs)
-    ]
-
-
-def _task_units(runs: Sequence[RunView]) -> str:
+def _task_units(results: Results) -> str:
     """How the switch names the task's units; with several tasks on the page each number is in its own."""
-    sizes = {(run.manifest.robot_diameter, run.manifest.field_of_view) for run in runs}
-    if len(sizes) != 1:
-        return "D, FoV" if sizes else ""
-    diameter, field = sizes.pop()
+    diameter, field = results.units.diameter_m, results.units.field_of_view
+    if diameter is None or field is None:
+        return "D, FoV" if results.runs else ""
     return f"D = {100 * diameter:g} cm, FoV = {field:g}°"
 
 

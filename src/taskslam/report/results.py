@@ -1,25 +1,31 @@
-"""The results of some folders, ready for figures and tables: who is pooled, in which order, in which colours.
+"""The results of some folders, ready for the page, figures and tables: who is pooled, in which order and colours.
 
-A method is named and pooled as on the page: all its runs in one mode over all sequences, with the sequences that
-others drove and it did not kept in its denominators (docs/metrics.md).
+All of a method's runs in one mode are pooled over all sequences; sequences that others drove and it did not stay in
+its denominators (docs/metrics.md).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import fmean
+from typing import Any, TypeAlias
+
+from markupsafe import Markup
 
 from taskslam.evaluation import read_runs
 from taskslam.evaluation.metrics_file import LeftOut, RunMetrics
 from taskslam.evaluation.pooled import Pooled, missing_sequences, pool
-from taskslam.record import RunRecord
-from taskslam.report import cards
-from taskslam.report.markers import Style, method_styles
+from taskslam.record import Manifest, RunRecord
+from taskslam.report import cards, words
+from taskslam.report.markers import Style, marker_icon, method_styles
 from taskslam.report.names import method_labels
+from taskslam.report.units import Units
 
 MODES = ("without-map", "with-map")
+Rank: TypeAlias = tuple[bool, float, float, str]
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,43 @@ class Run:
     style: Style
     record: RunRecord
     metrics: RunMetrics
+
+    @property
+    def manifest(self) -> Manifest:
+        """What was run."""
+        return self.record.manifest
+
+    @property
+    def mode(self) -> str:
+        """Without map or with map."""
+        return self.metrics.mode
+
+    @property
+    def name(self) -> str:
+        """Method and mode."""
+        return f"{self.label}, {words.mode(self.mode)}"
+
+    @property
+    def icon(self) -> Markup:
+        """The method's marker, filled if every waypoint was reached every time."""
+        return marker_icon(self.style, self.label, self.metrics.complete_waypoints == self.metrics.planned_waypoints)
+
+    @property
+    def method_icon(self) -> Markup:
+        """The method's marker, as on a curve."""
+        return marker_icon(self.style, self.label)
+
+    @property
+    def units(self) -> Units:
+        """What the task measures in."""
+        return Units(self.manifest.robot_diameter, self.manifest.field_of_view)
+
+    @property
+    def rank(self) -> tuple[int, Rank, int]:
+        """Sorts by mode, then as methods are sorted."""
+        metrics = self.metrics
+        own = _rank(self.manifest.is_reference, metrics.completeness, metrics.position.precision_m, self.label)
+        return (MODES.index(self.mode), own, metrics.seed)
 
 
 @dataclass(frozen=True)
@@ -44,41 +87,112 @@ class MethodResult:
     pooled: Pooled
 
     @property
+    def name(self) -> str:
+        """Method and mode."""
+        return self.runs[0].name
+
+    @property
     def complete(self) -> bool:
         """Whether every waypoint of every sequence was reached in every round."""
         return self.pooled.complete_waypoints == self.pooled.planned_waypoints
 
     @property
+    def icon(self) -> Markup:
+        """The method's marker, filled if complete."""
+        return marker_icon(self.style, self.label, self.complete)
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """What the method declares, as its first run had it."""
+        return self.runs[0].manifest.method_card
+
+    @property
     def sensor(self) -> str:
         """The sensor that it sees with, as cards name it."""
-        return cards.main_sensor(self.runs[0].record.manifest.method_card)
+        return cards.main_sensor(self.card)
 
     @property
     def is_reference(self) -> bool:
         """Whether it is told the truth."""
-        return self.runs[0].record.manifest.is_reference
+        return self.runs[0].manifest.is_reference
 
     @property
-    def rank(self) -> tuple[bool, float, float, str]:
+    def rank(self) -> Rank:
         """Sorts by completeness, then by E; references last."""
-        E = self.pooled.position.precision_m
-        return (self.is_reference, -self.pooled.completeness, math.inf if E is None else E, self.label)
+        return _rank(self.is_reference, self.pooled.completeness, self.pooled.position.precision_m, self.label)
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method in both modes; a mode in which it never ran is None."""
+
+    without_map: MethodResult | None
+    with_map: MethodResult | None
+
+    @property
+    def results(self) -> list[MethodResult]:
+        """Those of the modes that it ran in."""
+        return [result for result in (self.without_map, self.with_map) if result is not None]
+
+    @property
+    def label(self) -> str:
+        """Its name."""
+        return self.results[0].label
+
+    @property
+    def style(self) -> Style:
+        """How it is drawn."""
+        return self.results[0].style
+
+    @property
+    def icon(self) -> Markup:
+        """Its marker."""
+        return marker_icon(self.style, self.label)
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether it is told the truth."""
+        return self.results[0].is_reference
+
+    @property
+    def complete(self) -> bool:
+        """Whether it is complete in every mode that it ran in."""
+        return all(result.complete for result in self.results)
+
+    @property
+    def completeness_label(self) -> str:
+        """`(C_wo | C_w)` in percent, as beside the paper's violins (protocol 5.6)."""
+        both = (self.without_map, self.with_map)
+        return f"({' | '.join(words.percent(at.pooled.completeness) if at else words.DASH for at in both)})"
+
+    @property
+    def rank(self) -> Rank:
+        """Sorts by the mean completeness over its modes, then by the mean E; references last."""
+        completeness = fmean(result.pooled.completeness for result in self.results)
+        values = [E for result in self.results if (E := result.pooled.position.precision_m) is not None]
+        return _rank(self.is_reference, completeness, fmean(values) if values else None, self.label)
 
 
 @dataclass(frozen=True)
 class Results:
-    """All runs and their pooled results. diameter_m (D), field_of_view (degrees): None where scenarios differ."""
+    """All runs in the order of their folders, their pooled results, the best method first, and what was left out."""
 
     runs: tuple[Run, ...]
-    pooled: tuple[MethodResult, ...]
+    methods: tuple[Method, ...]
     left_out: tuple[LeftOut, ...]
-    diameter_m: float | None
-    field_of_view: float | None
+
+    @property
+    def first_runs(self) -> list[Run]:
+        """The first run of each method."""
+        first: dict[str, Run] = {}
+        for run in self.runs:
+            first.setdefault(run.label, run)
+        return list(first.values())
 
     @property
     def modes(self) -> tuple[str, ...]:
         """The modes that any method ran in, without map first."""
-        return tuple(mode for mode in MODES if any(result.mode == mode for result in self.pooled))
+        return tuple(mode for mode in MODES if any(run.mode == mode for run in self.runs))
 
     @property
     def rounds(self) -> tuple[int, ...]:
@@ -90,46 +204,39 @@ class Results:
         """Names of the scenarios, sorted."""
         return tuple(sorted({run.metrics.scenario for run in self.runs}))
 
+    @property
+    def units(self) -> Units:
+        """What the tasks measure in, as far as they agree."""
+        return Units(
+            _shared(run.manifest.robot_diameter for run in self.runs),
+            _shared(run.manifest.field_of_view for run in self.runs),
+        )
+
+    @property
+    def pooled(self) -> list[MethodResult]:
+        """Every method in every mode that it ran in."""
+        return [result for method in self.methods for result in method.results]
+
     def in_mode(self, mode: str) -> list[MethodResult]:
         """Methods in one mode: the most complete first, then the most precise; references last."""
         return sorted((result for result in self.pooled if result.mode == mode), key=lambda result: result.rank)
 
-    def methods(self) -> list[tuple[MethodResult | None, ...]]:
-        """Each method's results in `MODES`: the most complete over its modes first, then the most precise."""
-        by_label = {label: tuple(self._result(label, mode) for mode in MODES) for label in self._labels()}
-        return sorted(by_label.values(), key=_overall_rank)
-
-    def _labels(self) -> list[str]:
-        return list(dict.fromkeys(result.label for result in self.pooled))
-
-    def _result(self, label: str, mode: str) -> MethodResult | None:
-        return next((result for result in self.pooled if (result.label, result.mode) == (label, mode)), None)
-
 
 def read_results(folders: Sequence[Path]) -> Results:
-    """The finished runs at or below some folders. Raises RecordError if there is none that can be read or pooled."""
+    """The finished runs at or below some folders. Raises RecordError if there is no run, finished or not."""
     read, left_out = read_runs(folders)
     labels = method_labels([record.manifest for record, _ in read])
     sensors = {
         label: cards.main_sensor(record.manifest.method_card) for label, (record, _) in zip(labels, read, strict=True)
     }
     styles = method_styles(labels, sensors)
-    runs = [Run(label, styles[label], record, metrics) for label, (record, metrics) in zip(labels, read, strict=True)]
-    diameters = {run.record.manifest.robot_diameter for run in runs}
-    fields = {run.record.manifest.field_of_view for run in runs}
-    return Results(
-        runs=tuple(runs),
-        pooled=tuple(
-            result for label in styles for mode in MODES if (result := _pooled(label, mode, runs)) is not None
-        ),
-        left_out=left_out,
-        diameter_m=diameters.pop() if len(diameters) == 1 else None,
-        field_of_view=fields.pop() if len(fields) == 1 else None,
-    )
+    runs = tuple(Run(label, styles[label], *own) for label, own in zip(labels, read, strict=True))
+    methods = [Method(*(_pooled(label, mode, runs) for mode in MODES)) for label in styles]
+    return Results(runs, tuple(sorted(methods, key=lambda method: method.rank)), left_out)
 
 
 def _pooled(label: str, mode: str, everything: Sequence[Run]) -> MethodResult | None:
-    runs = [run for run in everything if run.label == label and run.metrics.mode == mode]
+    runs = [run for run in everything if (run.label, run.mode) == (label, mode)]
     if not runs:
         return None
     own = [run.metrics for run in runs]
@@ -137,10 +244,11 @@ def _pooled(label: str, mode: str, everything: Sequence[Run]) -> MethodResult | 
     return MethodResult(label, mode, runs[0].style, tuple(runs), tuple(missing), pool(own, missing))
 
 
-def _overall_rank(results: tuple[MethodResult | None, ...]) -> tuple[bool, float, float, str]:
-    present = [result for result in results if result is not None]
-    completeness = math.fsum(result.pooled.completeness for result in present) / len(present)
-    values = [result.pooled.position.precision_m for result in present]
-    defined = [value for value in values if value is not None]
-    E = math.fsum(defined) / len(defined) if defined else math.inf
-    return (present[0].is_reference, -completeness, E, present[0].label)
+def _rank(is_reference: bool, completeness: float, E: float | None, label: str) -> Rank:
+    return (is_reference, -completeness, math.inf if E is None else E, label)
+
+
+def _shared(values: Iterable[float]) -> float | None:
+    """The value that all are; None where they differ."""
+    different = set(values)
+    return different.pop() if len(different) == 1 else None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from taskslam.report import words
-from taskslam.report.views import RunView
+from taskslam.report.results import Run
 
 _MOST_NAMES = 3
 
@@ -21,15 +21,15 @@ class Fact:
     values: tuple[tuple[str, str], ...]
 
 
-def facts(runs: Sequence[RunView]) -> list[Fact]:
+def facts(runs: Sequence[Run]) -> list[Fact]:
     """The facts of all runs on the page; one that no run states is left out."""
-    tellers: tuple[tuple[str, Callable[[RunView], str]], ...] = (
+    tellers: tuple[tuple[str, Callable[[Run], str]], ...] = (
         ("Scenario", _scenario),
         ("Robot", lambda run: _text(run.manifest.scenario.get("robot"))),
         ("Task units", _units),
         ("Navigation stops within", _tolerance),
         ("Protocol", _protocol),
-        ("Modes", lambda run: words.mode(run.metrics.mode)),
+        ("Modes", lambda run: words.mode(run.mode)),
         ("Seed", lambda run: str(run.metrics.seed)),
         ("Latency", _latency),
         ("Software", lambda run: _pairs(run.manifest.versions, " ")),
@@ -39,7 +39,7 @@ def facts(runs: Sequence[RunView]) -> list[Fact]:
     return [*(fact for fact in stated if fact.values), Fact("Time", ((_time(runs), ""),))]
 
 
-def _values(runs: Sequence[RunView], tell: Callable[[RunView], str]) -> tuple[tuple[str, str], ...]:
+def _values(runs: Sequence[Run], tell: Callable[[Run], str]) -> tuple[tuple[str, str], ...]:
     owners: dict[str, list[str]] = {}
     for run in runs:
         if text := tell(run):
@@ -55,7 +55,7 @@ def _whose(names: Sequence[str]) -> str:
     return f"{len(names)} runs"
 
 
-def _scenario(run: RunView) -> str:
+def _scenario(run: Run) -> str:
     manifest = run.manifest
     title = (
         manifest.title if manifest.title == manifest.scenario_name else f"{manifest.title} ({manifest.scenario_name})"
@@ -63,21 +63,21 @@ def _scenario(run: RunView) -> str:
     return f"{title}: {len(manifest.goals)} goals, content hash {manifest.scenario_hash[:16]}"
 
 
-def _units(run: RunView) -> str:
+def _units(run: Run) -> str:
     manifest = run.manifest
     return (
         f"D = {100 * manifest.robot_diameter:g} cm (robot diameter), FoV = {manifest.field_of_view:g}° (field of view)"
     )
 
 
-def _tolerance(run: RunView) -> str:
+def _tolerance(run: Run) -> str:
     tolerance = run.manifest.goal_tolerance
     return (
         f"{100 * tolerance.position_m:g} cm and {math.degrees(tolerance.heading_rad):.1f}° of the goal, as SLAM sees it"
     )
 
 
-def _protocol(run: RunView) -> str:
+def _protocol(run: Run) -> str:
     content = run.manifest.scenario.get("protocol")
     parts = [f"{run.metrics.rounds} round{'s' * (run.metrics.rounds != 1)}"]
     if isinstance(content, Mapping):
@@ -93,13 +93,13 @@ def _protocol(run: RunView) -> str:
     return ", ".join(parts)
 
 
-def _latency(run: RunView) -> str:
+def _latency(run: Run) -> str:
     kind = run.manifest.latency
     meaning = {"fixed": "fixed: the value on each method's card", "zero": "zero: every estimate arrives at once"}
     return meaning.get(kind, kind)
 
 
-def _time(runs: Sequence[RunView]) -> str:
+def _time(runs: Sequence[Run]) -> str:
     simulated = math.fsum(run.metrics.simulated_s for run in runs)
     wall = math.fsum(run.metrics.wall_s for run in runs)
     days = sorted(run.manifest.started_utc[:10] for run in runs)

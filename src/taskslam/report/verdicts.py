@@ -9,7 +9,7 @@ from markupsafe import Markup, escape
 from taskslam.evaluation import RunMetrics
 from taskslam.report import words
 from taskslam.report.comparison_view import ComparisonView
-from taskslam.report.suite import Entry
+from taskslam.report.results import MethodResult
 from taskslam.report.units import Units
 
 _MOST_NAMES = 8
@@ -54,34 +54,34 @@ def split(metrics: RunMetrics, units: Units) -> Markup:
 
 
 def mode_verdicts(
-    ranked: Sequence[Entry], units: Units, compared: ComparisonView | None, absent: Sequence[str]
+    ranked: Sequence[MethodResult], units: Units, compared: ComparisonView | None, absent: Sequence[str]
 ) -> list[Markup]:
     """Sentences on all methods in one mode. ranked: the most complete and then the most precise first.
 
     absent: methods that ran in another mode only.
     """
-    references = [entry for entry in ranked if entry.is_reference]
-    methods = [entry for entry in ranked if not entry.is_reference]
+    references = [result for result in ranked if result.is_reference]
+    methods = [result for result in ranked if not result.is_reference]
     sentences = [*_arrived(methods, units), *_more_repeatable(methods, compared)]
-    sentences += [_fell_short(entry) for entry in methods if not entry.complete]
-    sentences += [_reference(entry, units) for entry in references]
+    sentences += [_fell_short(result) for result in methods if not result.complete]
+    sentences += [_reference(result, units) for result in references]
     if absent:
         names = listed([bold(name) for name in absent])
         sentences.append(Markup("{} {} no run in this mode.").format(names, "has" if len(absent) == 1 else "have"))
     return sentences
 
 
-def _arrived(methods: Sequence[Entry], units: Units) -> list[Markup]:
+def _arrived(methods: Sequence[MethodResult], units: Units) -> list[Markup]:
     if not methods:
         return []
-    complete = [entry for entry in methods if entry.complete]
+    complete = [result for result in methods if result.complete]
     of_all = words.count(len(methods), "method")
     if not complete:
         best = methods[0]
         share = words.percent(best.pooled.completeness)
         return [Markup("No method reached every waypoint in every round; {} came furthest with {} %.").format(
-            bold(best.name), share)]  # fmt: skip
-    names = listed([bold(entry.name) for entry in complete])
+            bold(best.label), share)]  # fmt: skip
+    names = listed([bold(result.label) for result in complete])
     sentence = Markup("{} of {} reached every waypoint in every round: {}.").format(len(complete), of_all, names)
     pooled = complete[0].pooled
     E, between = pooled.position.precision_m, pooled.uncertainty.precision_m
@@ -91,19 +91,19 @@ def _arrived(methods: Sequence[Entry], units: Units) -> list[Markup]:
     if between is not None:
         said = Markup("{} (95 %: {})").format(said, units.interval(between))
     closest = Markup("The closest arrivals among them are those of {}: on average {} from their mean.")
-    return [sentence, closest.format(bold(complete[0].name), said)]
+    return [sentence, closest.format(bold(complete[0].label), said)]
 
 
-def _more_repeatable(methods: Sequence[Entry], compared: ComparisonView | None) -> list[Markup]:
+def _more_repeatable(methods: Sequence[MethodResult], compared: ComparisonView | None) -> list[Markup]:
     """Who is more repeatable than whom, where the data carry it; references compete with nobody."""
     if compared is None or len(methods) < 2:
         return []
-    names = {entry.name for entry in methods}
+    names = {result.label for result in methods}
     betters: dict[tuple[str, ...], list[str]] = {}
-    for entry in methods:
-        worse = tuple(sorted(name for name in compared.beaten_by(entry.name) if name in names))
+    for result in methods:
+        worse = tuple(sorted(name for name in compared.beaten_by(result.label) if name in names))
         if worse:
-            betters.setdefault(worse, []).append(entry.name)
+            betters.setdefault(worse, []).append(result.label)
     sentences = [_more_repeatable_than(better, worse) for worse, better in list(betters.items())[:_MOST_COMPARED]]
     pairs = [pair for pair in compared.pairs if pair.a in names and pair.b in names]
     apart = sum(pair.told_apart for pair in pairs)
@@ -119,21 +119,21 @@ def _more_repeatable_than(better: Sequence[str], worse: Sequence[str]) -> Markup
     return Markup("{} {} more repeatable than {}.").format(next(those), verb, next(those))
 
 
-def _fell_short(entry: Entry) -> Markup:
+def _fell_short(result: MethodResult) -> Markup:
     """How far a method came, and the reasons, the most frequent first."""
-    pooled = entry.pooled
+    pooled = result.pooled
     kinds = sorted(pooled.failures_by_kind.items(), key=lambda item: (-item[1], item[0]))
     reasons = ", ".join(f"{words.outcome(kind)} ({number}×)" for kind, number in kinds)
     if pooled.missing_runs:
         reasons = "; ".join(filter(None, [reasons, f"{words.count(pooled.missing_runs, 'run')} missing"]))
     return Markup("{} reached {} of {} waypoints every time{}.").format(
-        bold(entry.name), pooled.complete_waypoints, pooled.planned_waypoints, f": {reasons}" if reasons else ""
+        bold(result.label), pooled.complete_waypoints, pooled.planned_waypoints, f": {reasons}" if reasons else ""
     )
 
 
-def _reference(entry: Entry, units: Units) -> Markup:
-    E = entry.pooled.position.precision_m
-    what = Markup("{} is told the truth and shows what navigation alone can do").format(bold(entry.name))
+def _reference(result: MethodResult, units: Units) -> Markup:
+    E = result.pooled.position.precision_m
+    what = Markup("{} is told the truth and shows what navigation alone can do").format(bold(result.label))
     if E is None:
         return Markup("{}.").format(what)
     return Markup("{}: {}.").format(what, units.length(E, with_unit=True))

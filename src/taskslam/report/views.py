@@ -10,26 +10,22 @@ from pathlib import Path
 from markupsafe import Markup
 
 from taskslam.errors import FloorPlanError, RecordError
-from taskslam.evaluation import RunMetrics, WaypointMetrics
-from taskslam.evaluation.pooled import pool
+from taskslam.evaluation import WaypointMetrics
+from taskslam.evaluation.pooled import pooled_precisions
 from taskslam.geometry import SE2
-from taskslam.record import Manifest, RunRecord
 from taskslam.report import words
 from taskslam.report.arrivals_figure import arrivals_figures
 from taskslam.report.curve_figure import Curve, curve_figure, enlarged_limit
 from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
 from taskslam.report.failure_marks import FailurePlace
 from taskslam.report.failures import FailureView, failure_views
-from taskslam.report.markers import Style, marker_icon
 from taskslam.report.photos import MeasuredView, measured_view
+from taskslam.report.results import MODES, MethodResult, Run
 from taskslam.report.tour_figure import tour_figure
 from taskslam.report.tracks import Tracks
-from taskslam.report.units import Units
 from taskslam.report.waypoints_figure import waypoints_figure
 from taskslam.world import FloorPlan
 from taskslam.world.map_server import load_floor_plan
-
-MODES = ("without-map", "with-map")
 
 
 @dataclass(frozen=True)
@@ -42,17 +38,13 @@ class WaypointView:
 
 
 @dataclass(frozen=True)
-class RunView:
-    """A run with its pictures. anchor: where the page's links point; label: the method's name on this page.
+class RunView(Run):
+    """A run with its pictures. anchor: where the page's links point.
 
     damage: trajectories that could not be read, and why. measured: what cameras saw, of a real robot.
     """
 
     anchor: str
-    label: str
-    metrics: RunMetrics
-    manifest: Manifest
-    style: Style
     plan: FloorPlan | None
     tour: Markup
     waypoints: tuple[WaypointView, ...]
@@ -61,42 +53,10 @@ class RunView:
     damage: tuple[str, ...]
     measured: MeasuredView | None
 
-    @property
-    def name(self) -> str:
-        """Method and mode."""
-        return f"{self.label}, {words.mode(self.metrics.mode)}"
-
-    @property
-    def colour(self) -> str:
-        """The method's colour."""
-        return self.style.colour
-
-    @property
-    def icon(self) -> Markup:
-        """The method's marker, filled if every waypoint was reached every time."""
-        return marker_icon(self.style, self.label, self.metrics.complete_waypoints == self.metrics.planned_waypoints)
-
-    @property
-    def units(self) -> Units:
-        """What the task measures in."""
-        return Units(self.manifest.robot_diameter, self.manifest.field_of_view)
-
     def shade(self, waypoint: WaypointMetrics) -> str:
         """How dark a cell of the matrix is, 0 at E = 1 mm to 1 at 1 m, by its logarithm."""
         E = waypoint.position.precision_m
         return "0" if E is None else f"{min(max(math.log10(max(E, 1e-3) / 1e-3) / 3, 0.0), 1.0):.2f}"
-
-    @property
-    def method_icon(self) -> Markup:
-        """The method's marker, as on a curve."""
-        return marker_icon(self.style, self.label)
-
-    @property
-    def rank(self) -> tuple[int, float, float, str, int]:
-        """Sorts by mode, then completeness, then E."""
-        metrics = self.metrics
-        E = math.inf if metrics.position.precision_m is None else metrics.position.precision_m
-        return (MODES.index(metrics.mode), -metrics.completeness, E, self.label, metrics.seed)
 
 
 @dataclass(frozen=True)
@@ -131,11 +91,11 @@ class ScenarioView:
         return max(len(run.waypoints) for run in self.runs)
 
 
-def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, style: Style) -> RunView:
+def run_view(anchor: str, run: Run) -> RunView:
     """One run with its pictures."""
+    record, metrics, units = run.record, run.metrics, run.units
     limit = bar_limit(metrics)
-    tolerance = record.manifest.goal_tolerance
-    units = Units(record.manifest.robot_diameter, record.manifest.field_of_view)
+    tolerance = run.manifest.goal_tolerance
     plan = _floor_plan(record.directory)
     tracks = Tracks(record)
     tour = tour_figure(record, metrics, plan, tracks)
@@ -145,21 +105,18 @@ def run_view(anchor: str, label: str, record: RunRecord, metrics: RunMetrics, st
         measured = measured_view(record, metrics)
     except RecordError as error:
         measured, damage = None, [*damage, str(error)]
+    arrivals = arrivals_figures(metrics.waypoints, tolerance, units, metrics.truth_frame == "map")
     return RunView(
-        anchor=anchor,
-        label=label,
+        label=run.label,
+        style=run.style,
+        record=record,
         metrics=metrics,
-        manifest=record.manifest,
-        style=style,
+        anchor=anchor,
         plan=plan,
         tour=tour,
         waypoints=tuple(
-            WaypointView(waypoint, arrivals, waypoint_bars(waypoint, limit, units))
-            for waypoint, arrivals in zip(
-                metrics.waypoints,
-                arrivals_figures(metrics.waypoints, tolerance, units, metrics.truth_frame == "map"),
-                strict=True,
-            )
+            WaypointView(waypoint, figure, waypoint_bars(waypoint, limit, units))
+            for waypoint, figure in zip(metrics.waypoints, arrivals, strict=True)
         ),
         mean_bars=error_bars(metrics.control, metrics.estimation, limit, units),
         failures=failures,
@@ -190,21 +147,22 @@ def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
     )
 
 
-def curve_of(runs: Sequence[RunView], missing: Sequence[int] = (), marked: bool = False) -> Curve:
-    """The cumulative curve of one method's runs in one mode, pooled."""
-    pooled = pool([run.metrics for run in runs], missing)
-    return Curve(
-        name=runs[0].name,
-        precisions=pooled.precisions_m,
-        planned=pooled.planned_waypoints,
-        style=runs[0].style,
-        dashed=runs[0].metrics.mode == "without-map",
-        marked=marked,
-    )
+def curve_of(of: Run | MethodResult, precisions: tuple[float, ...], planned: int, marked: bool) -> Curve:
+    """The cumulative curve of a run, or of a method in one mode. precisions: E in metres of its complete waypoints."""
+    return Curve(precisions, planned, of.style, of.mode == "without-map", marked, of.name)
+
+
+def _run_curves(runs: Sequence[Run], marked: bool) -> list[Curve]:
+    """Those of the runs that have a precision at all."""
+    return [
+        curve_of(run, pooled_precisions([run.metrics]), run.metrics.planned_waypoints, marked)
+        for run in runs
+        if run.metrics.rounds > 1
+    ]
 
 
 def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
-    curves = [curve_of([run]) for run in runs if run.metrics.rounds > 1]
+    curves = _run_curves(runs, marked=False)
     if not curves:
         return ()
     D = runs[0].manifest.robot_diameter
@@ -217,10 +175,7 @@ def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
 
 def _curves_by_mode(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     """One panel for each mode, on one enlarged axis."""
-    by_mode = {
-        mode: [curve_of([run], marked=True) for run in runs if run.metrics.mode == mode and run.metrics.rounds > 1]
-        for mode in MODES
-    }
+    by_mode = {mode: _run_curves([run for run in runs if run.mode == mode], marked=True) for mode in MODES}
     D = runs[0].manifest.robot_diameter
     limit = enlarged_limit([curve for curves in by_mode.values() for curve in curves], D)
     return tuple(

@@ -27,7 +27,7 @@ def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tupl
     yield "cumulative_precision", _cumulative(results, width, units)
     yield from _violins(results, width, units)
     for run, name in zip(results.runs, _run_names(results.runs), strict=True):
-        title = _title(run, len(results.scenarios) > 1)
+        title = f"{run.name}, {run.metrics.scenario}" if len(results.scenarios) > 1 else run.name
         yield f"runs/arrivals_{name}", _arrivals(run, title, width)
         yield f"runs/trajectories_{name}", trajectory_figure(run.record, run.metrics, title, width)
 
@@ -49,8 +49,8 @@ def _precision_accuracy(results: Results, width: Width, units: Units) -> Iterato
 
 def _panels(ranked: Sequence[MethodResult], results: Results) -> list[Panel]:
     return [
-        Panel(position(results.diameter_m), _points(ranked, position(results.diameter_m))),
-        Panel(orientation(results.field_of_view), _points(ranked, orientation(results.field_of_view))),
+        Panel(position(results.units.diameter_m), _points(ranked, position(results.units.diameter_m))),
+        Panel(orientation(results.units.field_of_view), _points(ranked, orientation(results.units.field_of_view))),
     ]
 
 
@@ -82,15 +82,14 @@ def _means(result: MethodResult, quantity: Quantity) -> tuple[float | None, floa
 
 
 def _cumulative(results: Results, width: Width, units: Units) -> Figure:
-    methods = results.methods()
-    labels = [_present(method)[0].label for method in methods]
-    tags = tags_of(len(methods))
+    methods = results.methods
+    tags = {method.label: tag for method, tag in zip(methods, tags_of(len(methods)), strict=True)}
     rows = [
         Row(
-            tag=tag,
-            name=name,
-            style=_present(method)[0].style,
-            filled=all(result.complete for result in _present(method)),
+            tag=tags[method.label],
+            name=method.label,
+            style=method.style,
+            filled=method.complete,
             bars=tuple(
                 Bar(
                     area,
@@ -98,14 +97,13 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
                     _share(result.pooled.uncertainty.n_auc_exact),
                     DARK if result.mode == "with-map" else LIGHT,
                 )
-                for result in _present(method)
+                for result in method.results
                 for area in [result.pooled.n_auc.exact]
             ),
         )
-        for method, name, tag in zip(methods, labels, tags, strict=True)
+        for method in methods
     ]
-    tag_of = dict(zip(labels, tags, strict=True))
-    quantity = position(results.diameter_m)
+    quantity = position(results.units.diameter_m)
     panels = [
         cumulative.Panel(
             words.mode(mode),
@@ -115,10 +113,10 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
                     result.complete,
                     tuple(quantity.shown(value) for value in result.pooled.precisions_m),
                     result.pooled.planned_waypoints,
-                    tag_of[result.label],
+                    tags[result.label],
                 )
-                for result in sorted(results.in_mode(mode), key=lambda result: labels.index(result.label))
-                if result.pooled.n_auc.exact is not None
+                for result in results.pooled
+                if result.mode == mode and result.pooled.n_auc.exact is not None
             ],
         )
         for mode in results.modes
@@ -132,25 +130,24 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
     limit = quantity.size or quantity.shown(EXACT_RANGE) / 4
     heading = f"N-AUC, 0–{quantity.shown(EXACT_RANGE):g} cm"
     return cumulative.cumulative_figure(
-        panels, rows, [*key, *sensor_key([_present(method)[0] for method in methods])], heading, quantity, limit,
+        panels, rows, [*key, *sensor_key([method.results[0] for method in methods])], heading, quantity, limit,
         width, units,
     )  # fmt: skip
 
 
 def _violins(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
-    methods = results.methods()
-    quantity = position(results.diameter_m)
+    quantity = position(results.units.diameter_m)
     for what, letter in (("precision", quantity.precision), ("accuracy", quantity.accuracy)):
         rows = [
             violins.ViolinRow(
-                _present(method)[0].label,
-                _present(method)[0].style,
-                all(result.complete for result in _present(method)),
-                f"({' | '.join(words.percent(r.pooled.completeness) if r else words.DASH for r in method)})",
-                _samples(method[0], what, quantity),
-                _samples(method[1], what, quantity),
+                method.label,
+                method.style,
+                method.complete,
+                method.completeness_label,
+                _samples(method.without_map, what, quantity),
+                _samples(method.with_map, what, quantity),
             )
-            for method in methods
+            for method in results.methods
         ]
         yield f"violins_{what}", violins.violin_figure(rows, quantity, units, f"{what} {letter}", width, results.modes)
 
@@ -162,19 +159,10 @@ def _samples(result: MethodResult | None, what: str, quantity: Quantity) -> tupl
     return tuple(quantity.shown(value) for value in values)
 
 
-def _present(method: Sequence[MethodResult | None]) -> list[MethodResult]:
-    return [result for result in method if result is not None]
-
-
 def _arrivals(run: Run, title: str, width: Width) -> Figure:
     rounds = [summary.round for summary in run.metrics.round_summaries if not summary.priming]
-    tolerance = run.record.manifest.goal_tolerance
+    tolerance = run.manifest.goal_tolerance
     return arrivals_figure(run.metrics.waypoints, rounds, tolerance, run.style.colour, title, width)
-
-
-def _title(run: Run, with_scenario: bool) -> str:
-    title = f"{run.label}, {words.mode(run.metrics.mode)}"
-    return f"{title}, {run.metrics.scenario}" if with_scenario else title
 
 
 def _run_names(runs: Sequence[Run]) -> list[str]:
@@ -185,7 +173,7 @@ def _run_names(runs: Sequence[Run]) -> list[str]:
         parts = [
             run.metrics.scenario,
             run.label,
-            run.metrics.mode,
+            run.mode,
             *([f"seed{run.metrics.seed}"] if len(seeds) > 1 else []),
         ]
         name = _slug("_".join(parts))
