@@ -16,17 +16,10 @@ from taskslam.benchmark.lab_tour import relive
 from taskslam.benchmark.virtual_lab import outside_in, photograph, scenario_of
 from taskslam.errors import InputError, RecordError
 from taskslam.evaluation.waypoints import position_precision
-from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS
-from taskslam.outcomes import Outcome
 from taskslam.record import (
     Arrival,
-    GoalFailed,
-    RoundEnded,
-    RoundStarted,
-    RunEnded,
     RunRecord,
-    RunWriter,
     load_run,
 )
 from taskslam.robot import load_robot
@@ -34,87 +27,24 @@ from taskslam.scenario import load_scenario
 from taskslam.simulation.rendering import Scene
 from taskslam.world.loading import load_world
 
+Drive = Callable[..., RunRecord]
+
 pytest.importorskip("apriltag", reason="needs the extra `apriltag`")
 pytest.importorskip("cv2", reason="needs the extra `apriltag`")
 
-ROUNDS, PAUSE, DRIVE = 3, 5.0, 4.0
+ROUNDS = 3
 VISITED = (0, 2, 3, 8, 11)  # goals of the house's tour, from 0
 MISSED = (2, 11)  # round and goal that were never reached
 
 
 @pytest.fixture(scope="module")
-def lab() -> Lab:
-    """The shipped lab, with fewer pixels and pictures."""
-    whole = load_lab("house_cameras")
-    cameras = tuple(camera.model_copy(update={"lens": half(camera.lens)}) for camera in whole.cameras)
-    assert whole.tag is not None
-    return whole.model_copy(
-        update={
-            "cameras": cameras,
-            "photo": whole.photo.model_copy(update={"rate": 1.2, "before": 6.0, "after": 0.0}),
-            # About the tag itself, so that the true pose of the base is the tag's.
-            "sway": whole.sway.model_copy(update={"pivot": whole.tag.height}),
-        }
-    )
-
-
-def half(lens):  # type: ignore[no-untyped-def]
-    """The same lens on a sensor with half as many pixels across."""
-    return lens.model_copy(
-        update={
-            "size": tuple(n // 2 for n in lens.size),
-            "focal": tuple(f / 2 for f in lens.focal),
-            "center": tuple((c + 0.5) / 2 - 0.5 for c in lens.center),
-        }
-    )
+def lab(small_lab: Lab) -> Lab:
+    return small_lab
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> RunRecord:
-    """Straight drives to each goal from 0.8 m before it; where each ends is scattered by 2 cm and 3 degrees."""
-    scenario = load_scenario("house")
-    dice = np.random.default_rng(3)
-    directory = tmp_path_factory.mktemp("run") / "run"
-    with RunWriter(directory) as writer:
-        now = 0
-        for number in range(ROUNDS):
-            writer.event(RoundStarted(now, number, priming=False))
-            for goal in VISITED:
-                target = scenario.sequence.goals[goal].pose
-                scatter = dice.normal(0, [0.02, 0.02, 0.05])
-                end = SE2(target.x + scatter[0], target.y + scatter[1], target.theta + scatter[2])
-                for tick in range(int((DRIVE + PAUSE) * 50)):
-                    left = max(0.0, 1 - tick / 50 / DRIVE)
-                    writer.pose(
-                        "truth", number, now + tick * NANOSECONDS // 50, end @ SE2(-0.8 * left, 0.0, 0.3 * left)
-                    )
-                now += round((DRIVE + PAUSE) * NANOSECONDS)
-                writer.pose("truth", number, now, end)
-                if (number, goal) == MISSED:
-                    writer.event(GoalFailed(now, number, goal, target, Outcome.NO_PLAN, "made up", end, end, end))
-                else:
-                    writer.event(Arrival(now, number, goal, target, end, end, end))
-                now += NANOSECONDS // 50
-            writer.event(RoundEnded(now, number, Outcome.REACHED, 0, 0))
-        writer.event(RunEnded(now, complete=False))
-        writer.finish(
-            {
-                "scenario_name": "house",
-                "scenario": scenario.model_dump(mode="json"),
-                "scenario_hash": "0" * 64,
-                "method": "karto",
-                "method_card": {"name": "karto"},
-                "mode": "without-map",
-                "seed": 0,
-                "rounds": ROUNDS,
-                "latency": "fixed",
-                "started_utc": "2030-01-01T00:00:00Z",
-                "wall_s": 1.0,
-                "simulated_s": now / NANOSECONDS,
-                "complete": False,
-            }
-        )
-    return load_run(directory)
+def run(drive: Drive, tmp_path_factory: pytest.TempPathFactory) -> RunRecord:
+    return drive(tmp_path_factory.mktemp("run") / "run", VISITED, ROUNDS, missed=MISSED)
 
 
 @pytest.fixture(scope="module")

@@ -72,6 +72,18 @@ def test_a_camera_that_looked_and_saw_no_whole_tag_says_not_seen(fault):
     assert found.image == "97.5.jpg"
 
 
+@pytest.mark.parametrize(("times", "half"), [((95.1, 96.0, 97.2), "first"), ((97.6, 99.0), "second")])
+def test_images_from_one_half_of_the_pause_prove_no_absence(times, half):
+    found = judged([(time, Fault.NO_TAG) for time in times])
+    assert found.verdict is Verdict.AMBIGUOUS
+    assert f"all are from the {half} half of the pause" in found.reason
+
+
+def test_two_images_without_a_tag_prove_absence_where_both_halves_have_one():
+    assert judged([(96.0, Fault.NO_TAG), (98.0, Fault.CUT)]).verdict is Verdict.NOT_SEEN
+    assert judged([(96.0, Fault.NO_TAG)], frames=1).verdict is Verdict.NOT_SEEN
+
+
 @pytest.mark.parametrize("fault", [Fault.TWICE, Fault.RESIDUAL, Fault.PROBLEM])
 def test_images_that_cannot_be_used_decide_nothing(fault):
     found = judged([(time, fault) for time, _ in rest()])

@@ -57,7 +57,7 @@ def table(folder: Path) -> list[dict[str, str]]:
 def test_frames_with_a_tag_are_kept_under_their_time(tmp_path: Path) -> None:
     file = video(tmp_path / "v.avi", [None, None, 7, 7, None, 3, 7])
     source = VideoSource(str(file), start=START)
-    summary = record(source, tmp_path / "east", RecordSettings(ids=(7,), rate=1000), threading.Event())
+    summary = record(source, tmp_path / "east", RecordSettings(ids=(7,), rate=1000, heartbeat=None), threading.Event())
     rows = table(tmp_path / "east")
     assert (summary.frames, summary.kept, summary.ended) == (7, 3, "the video has ended")
     assert [int(row["stamp_ns"]) for row in rows] == pytest.approx([START + k * 10**8 for k in (2, 3, 6)], abs=10**6)
@@ -65,6 +65,28 @@ def test_frames_with_a_tag_are_kept_under_their_time(tmp_path: Path) -> None:
     frames = image_frames(tmp_path / "east")
     assert [str(kept.stamp) for kept in frames] == [row["stamp_ns"] for row in rows]
     assert read_grey(frames[0].path).shape == (180, 240)
+
+
+def test_a_frame_without_a_tag_is_kept_as_a_heartbeat(tmp_path: Path) -> None:
+    """From the first frame on, every 0.4 s; not while pictures with a tag show that the camera is on."""
+    file = video(tmp_path / "v.avi", [None] * 9 + [7] * 10 + [None] * 6)
+    settings = RecordSettings(ids=(7,), rate=5.0, heartbeat=0.4)
+    summary = record(VideoSource(str(file), start=START), tmp_path / "east", settings, threading.Event())
+    kept = [(round((int(row["stamp_ns"]) - START) / 1e8), row["ids"]) for row in table(tmp_path / "east")]
+    blank, seen = [at for at, ids in kept if not ids], [at for at, ids in kept if ids]
+    assert blank == [0, 4, 8, 22]
+    assert seen == [10, 12, 14, 16, 18]  # a fifth of a second after the last of any kind
+    assert (summary.kept, summary.heartbeats) == (5, 4)
+
+
+def test_a_pause_of_five_seconds_has_a_heartbeat_in_either_half() -> None:
+    heartbeat = RecordSettings().heartbeat
+    assert heartbeat is not None
+    for phase in np.linspace(0, heartbeat, 50):
+        beats = np.arange(phase, 5.0, heartbeat)
+        assert len(beats) >= 3
+        assert (beats < 2.5).any()
+        assert (beats >= 2.5).any()
 
 
 def test_the_rate_bounds_what_is_kept(tmp_path: Path) -> None:
@@ -253,6 +275,8 @@ def test_what_is_no_source_is_said(tmp_path: Path) -> None:
     assert (summary.frames, summary.connections) == (0, 0)
     with pytest.raises(InputError, match="expected a rate"):
         RecordSettings(rate=0)
+    with pytest.raises(InputError, match="heartbeat 0"):
+        RecordSettings(heartbeat=0)
 
 
 def test_an_interrupt_ends_a_recording_in_order(tmp_path: Path, stream: Stream) -> None:

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from taskslam.errors import InputError, did_you_mean
 from taskslam.geometry import FloatArray
 from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.recording import HEARTBEAT
 from taskslam.realworld.setup_file import BundleGrid, CameraMount, Degrees, Metres, Place, RobotTag, Waypoints
 from taskslam.realworld.tag_family import DEFAULT_FAMILY
 from taskslam.simulation.lab_robot import Sway
@@ -133,7 +134,8 @@ class Unevenness(_Part):
 class Photo(_Part):
     """How pictures are taken and what spoils them.
 
-    rate: Hz. before, after: s around the end of each pause in which pictures are taken. shutter: s that one is exposed.
+    rate: Hz. before, after: s around the end of each pause in which pictures are taken. heartbeat: s after which one is
+    kept though it shows no tag, as `taskslam camera record` does; none keeps none. shutter: s that one is exposed.
     exposure: 1 is right, 4 two stops too bright. light: what falls on tags and robot. softness: px, sigma of the
     point-spread function. noise: grey levels. quality: of the JPEG; none: PNG without loss. dropped: share of frames.
     """
@@ -141,6 +143,7 @@ class Photo(_Part):
     rate: Annotated[float, Field(gt=0, le=60)] = 3.0
     before: Seconds = 6.5
     after: Seconds = 1.5
+    heartbeat: Positive | None = HEARTBEAT
     shutter: Annotated[float, Field(ge=0, le=1)] = 0.008
     exposure: Positive = 1.0
     light: Positive = 0.7

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from taskslam.errors import InputError
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
+from taskslam.realworld.camera_model import Camera
 from taskslam.record import Arrival, RunRecord
 from taskslam.simulation.lab_robot import Floor, Sway, travelled
 from taskslam.simulation.streams import stream
@@ -77,6 +78,26 @@ class Shutter:
     time: float
     round: int
     arrival: Arrival
+
+
+class Kept:
+    """Which of the pictures taken a recorder keeps: those that show a tag, and others as a heartbeat."""
+
+    def __init__(self, heartbeat: float | None) -> None:
+        """heartbeat: s after which a picture is kept though it shows no tag."""
+        self._heartbeat = heartbeat
+        self._last = -np.inf
+
+    def keeps(self, time: float, corners: FloatArray, camera: Camera) -> bool:
+        """Whether the picture taken at `time`, with true corners of tags (N, 4, 2) px, is kept; in order of time."""
+        size = np.array([camera.width, camera.height]) - 0.5
+        with np.errstate(invalid="ignore"):  # what is behind the camera is NaN, thus not inside
+            shown = ((corners > -0.5) & (corners < size)).all(axis=(-2, -1)).any()
+        due = self._heartbeat is not None and time - self._last >= self._heartbeat
+        if not (shown or due):
+            return False
+        self._last = time
+        return True
 
 
 def shutters(

@@ -27,7 +27,7 @@ from taskslam.benchmark.lab_folder import (
     write_table,
     write_truth,
 )
-from taskslam.benchmark.lab_tour import Shutter, Tour, relive, shutters
+from taskslam.benchmark.lab_tour import Kept, Shutter, Tour, relive, shutters
 from taskslam.benchmark.observer import Observer
 from taskslam.errors import InputError, RecordError
 from taskslam.geometry import SE2, FloatArray, invert_se3
@@ -104,7 +104,7 @@ def photograph(
 
 
 def outside_in(tour: Tour, scene: Scene, robot: Robot, lab: Lab, camera: LabOverheadCamera) -> Iterator[Picture]:
-    """What one camera overhead photographs, in time order."""
+    """What one camera overhead photographs and its recorder keeps, in time order."""
     tag = lab.tag
     assert tag is not None
     eye = _Eye(camera.lens.camera(camera.name), lab)
@@ -117,17 +117,20 @@ def outside_in(tour: Tour, scene: Scene, robot: Robot, lab: Lab, camera: LabOver
     cylinders = robot_cylinders(robot.footprint.radius, min(robot.footprint.height, tag.height) - 0.01, tag.height)
     photo = lab.photo
     goals = [waypoint - 1 for waypoint in camera.waypoints]
+    kept = Kept(photo.heartbeat)
     for shutter in shutters(tour, goals, photo.rate, photo.before, photo.after, photo.dropped, lab.seed, camera.name):
         bases = T_camera_map @ tour.motions[shutter.round].poses(eye.instants(shutter.time))
+        corners = eye.corners(bases @ T_base_tag, tag_square(tag.size, from_above=True))[None]
+        if not kept.keeps(shutter.time, corners, eye.camera):
+            continue
         cards = Cards(looks, sheet_side(tag.size, looks), (bases @ T_base_tag)[:, None])
         light, box = draw(behind, eye.rays, photo.light, cards, Body(cylinders, bases))
         image = develop_photo(soften(light, photo.softness, box, still), develop, eye.key())
-        corners = eye.corners(bases @ T_base_tag, tag_square(tag.size, from_above=True))
-        yield Picture(shutter, (tag.id,), corners[None], jpeg(image, photo.quality))
+        yield Picture(shutter, (tag.id,), corners, jpeg(image, photo.quality))
 
 
 def inside_out(tour: Tour, world: World, lab: Lab) -> Iterator[Picture]:
-    """What the camera on the robot photographs, in time order."""
+    """What the camera on the robot photographs and its recorder keeps, in time order."""
     ceiling = lab.ceiling
     assert ceiling is not None
     scene = Scene(with_ceiling(world, ceiling.height) if ceiling.build else world)
@@ -146,18 +149,20 @@ def inside_out(tour: Tour, world: World, lab: Lab) -> Iterator[Picture]:
     T_map_cards = np.stack([T for T, _, _ in tags])
     photo = lab.photo
     goals = [waypoint - 1 for bundle in ceiling.bundles for waypoint in bundle.waypoints]
+    kept, square = Kept(photo.heartbeat), tag_square(size, from_above=True)
     develop: Development | None = None
     for shutter in shutters(tour, goals, photo.rate, photo.before, photo.after, photo.dropped, lab.seed, "up"):
         cameras = tour.motions[shutter.round].poses(eye.instants(shutter.time)) @ T_base_camera
-        behind = backdrop(scene, cameras[SAMPLES // 2], eye.rays, eye.pinhole)
-        develop = develop or eye.development(behind)
         near = np.flatnonzero(np.hypot(*(T_map_cards[:, :2, 3] - cameras[0, :2, 3]).T) < _IN_SIGHT * ceiling.height)
         T_camera_cards = np.stack([invert_se3(T) for T in cameras])[:, None] @ T_map_cards[near]
+        corners = np.array([eye.corners(T_camera_cards[:, n], square) for n in range(len(near))]).reshape(-1, 4, 2)
+        if not kept.keeps(shutter.time, corners, eye.camera):
+            continue
+        behind = backdrop(scene, cameras[SAMPLES // 2], eye.rays, eye.pinhole)
+        develop = develop or eye.development(behind)
         cards = Cards(looks[near], sheet_side(size, looks), T_camera_cards)
         light, _ = draw(behind, eye.rays, photo.light, cards, None)
         image = develop_photo(eye.softened(light), develop, eye.key())
-        square = tag_square(size, from_above=True)
-        corners = np.array([eye.corners(T_camera_cards[:, n], square) for n in range(len(near))]).reshape(-1, 4, 2)
         yield Picture(shutter, tuple(tags[n][1].id for n in near), corners, jpeg(image, photo.quality))
 
 

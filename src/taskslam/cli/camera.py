@@ -99,6 +99,10 @@ def record(
     ids: Annotated[str, typer.Option(help="Only these tags, such as 7 or 0-3; all by default.")] = "",
     family: Annotated[str, typer.Option(help="Tag family.")] = "tag36h11",
     rate: Annotated[float, typer.Option(help="Most pictures kept each second.")] = 5.0,
+    heartbeat: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", help="Keep a picture this often though it shows no tag; 0 keeps none."),
+    ] = 1.5,
     quality: Annotated[int, typer.Option(help="JPEG quality, 1 to 100.")] = 95,
     size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Asked of a USB camera, px.")] = "",
     decimate: Annotated[float, typer.Option(min=1.0, max=8.0, help="Shrink frames by this to look for tags.")] = 2.0,
@@ -109,6 +113,9 @@ def record(
     port: Annotated[int, typer.Option(help="Of the preview page, on this computer only; 0 takes a free one.")] = 0,
 ) -> None:
     """Record the arrivals that a camera at a waypoint sees: pictures with a tag in view, named by their UTC time.
+
+    In between, a picture every 1.5 s proves that the camera was on: a robot that never came is then told from a camera
+    that was off.
 
     A source that is lost is opened again. Ctrl-C ends the recording; the same command goes on with it. The offset of
     this computer's clock is noted with each picture, where chrony or systemd tells it.
@@ -127,7 +134,9 @@ def record(
     from taskslam.realworld.tag_sheets import parse_ids
     from taskslam.realworld.video_source import VideoSource, file_start
 
-    settings = RecordSettings(family, tuple(parse_ids(ids)) if ids else None, rate, quality, decimate, duration)
+    settings = RecordSettings(
+        family, tuple(parse_ids(ids)) if ids else None, rate, quality, decimate, duration, heartbeat or None
+    )
     wanted = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size)
     if size and wanted is None:
         raise InputError(f"--size {size}: expected WIDTHxHEIGHT, such as 1280x720")
@@ -144,7 +153,8 @@ def record(
             signal.signal(number, lambda *_: stop.set())
         summary = run(video, out, settings, stop, preview, lambda text: typer.echo(text, err=True))
     typer.echo(
-        f"{out}: {summary.kept} pictures kept of {summary.frames} frames looked at, {summary.skipped} skipped, "
+        f"{out}: {summary.kept} pictures kept of {summary.frames} frames looked at, {summary.heartbeats} more without "
+        f"a tag as a heartbeat, {summary.skipped} skipped, "
         f"source opened {summary.connections} times"
     )
     if summary.disk_full:

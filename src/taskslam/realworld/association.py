@@ -1,8 +1,10 @@
 """Each logged arrival meets the images of its pause, and ends as measured, not seen, or ambiguous, with the reason.
 
-Not seen: the camera looked, and the robot was not (wholly) where a robot that has arrived would be. That is the robot's
-affair and counts. Ambiguous: the images do not decide (none was taken, the robot moved, there were two of it). That is
-the measurement's affair and never counts against a method.
+Not seen: the camera looked, in both halves of the pause, and the robot was not (wholly) where a robot that has arrived
+would be. That is the robot's affair and counts. Ambiguous: the images do not decide (none was taken, the robot moved,
+there were two of it). That is the measurement's affair and never counts against a method.
+
+Why both halves: an image from the very begin or end of a pause lies outside it once the clocks differ by a second.
 """
 
 from __future__ import annotations
@@ -80,7 +82,8 @@ def judge(
     found = {row: station.measure(row) for row in range(first, last)}
     good = {row: sighting for row, sighting in found.items() if isinstance(sighting, Sighting)}
     if not good:
-        return _no_pose(arrival, station, {row: n for row, n in found.items() if isinstance(n, NoSighting)})
+        blank = {row: n for row, n in found.items() if isinstance(n, NoSighting)}
+        return _no_pose(arrival, station, blank, end - round(pause * NANOSECONDS / 2), frames)
     twice = [row for row, n in found.items() if isinstance(n, NoSighting) and n.fault is Fault.TWICE]
     if twice:
         return _ambiguous(arrival, station, twice[0], found[twice[0]])
@@ -132,15 +135,26 @@ def _no_image(arrival: LoggedArrival, station: Station, stamps: Sequence[int], e
     return MeasuredArrival(arrival, station, Verdict.AMBIGUOUS, reason, nearest)
 
 
-def _no_pose(arrival: LoggedArrival, station: Station, found: dict[int, NoSighting]) -> MeasuredArrival:
-    """The kind of fault that most images share decides."""
+def _no_pose(
+    arrival: LoggedArrival, station: Station, found: dict[int, NoSighting], middle: int, frames: int
+) -> MeasuredArrival:
+    """The kind of fault that most images share decides; absence, if they cover the pause about its middle (ns).
+
+    Where one image is enough to measure an arrival (frames: 1), one is enough to miss it.
+    """
     kinds = Counter(no.fault for no in found.values())
     fault = min(kinds, key=lambda kind: (-kinds[kind], kind))
     rows = [row for row, no in found.items() if no.fault is fault]
     row = rows[len(rows) // 2]
     if fault in (Fault.NO_TAG, Fault.CUT):
         reason = f"{found[row].reason} in {station.looks[row].frame.path.name}, one of {len(found)} images"
-        return MeasuredArrival(arrival, station, Verdict.NOT_SEEN, reason, row)
+        absent = [row for row, no in found.items() if no.fault in (Fault.NO_TAG, Fault.CUT)]
+        early, late = (station.looks[absent[place]].frame.stamp for place in (0, -1))
+        if frames == 1 or early < middle <= late:
+            return MeasuredArrival(arrival, station, Verdict.NOT_SEEN, reason, row)
+        half = "first" if late < middle else "second"
+        reason = f"{reason}; all are from the {half} half of the pause, which does not prove that the robot was absent"
+        return MeasuredArrival(arrival, station, Verdict.AMBIGUOUS, reason, row)
     return _ambiguous(arrival, station, row, found[row])
 
 

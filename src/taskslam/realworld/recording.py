@@ -1,4 +1,8 @@
-"""Recording at a waypoint: frames in which a tag is seen are kept, each with its UTC time, until told to stop."""
+"""Recording at a waypoint: frames in which a tag is seen are kept, each with its UTC time, until told to stop.
+
+Every so often a frame is kept though it shows no tag. Without it, a robot that is elsewhere and a camera that is off
+would leave the same behind, which is nothing.
+"""
 
 from __future__ import annotations
 
@@ -26,12 +30,17 @@ _SHOW_EVERY_S = 0.4
 _WAIT_S = 0.5
 _PREVIEW_WIDTH = 960
 
+HEARTBEAT = 1.5
+"""s. Three frames in a pause of 5 s: some in either half of it, which proves a robot absent, and as many, no more than
+2 s apart, as measure one that this quick look at shrunken frames did not find."""
+
 
 @dataclass(frozen=True, slots=True)
 class RecordSettings:
     """What to keep. ids: tags to look for, None for all. rate: most frames kept each second. quality: of the JPEG.
 
     decimate: by what frames are shrunk to look for tags; evaluation looks again at full size. duration: s, or None.
+    heartbeat: s after which a frame is kept though it shows no tag; None keeps none.
     """
 
     family: str = DEFAULT_FAMILY
@@ -40,6 +49,7 @@ class RecordSettings:
     quality: int = 95
     decimate: float = 2.0
     duration: float | None = None
+    heartbeat: float | None = HEARTBEAT
 
     def __post_init__(self) -> None:
         if not 0 < self.rate <= 1000 or not 1 <= self.quality <= 100 or (self.duration or 1) <= 0:
@@ -47,17 +57,21 @@ class RecordSettings:
                 f"rate {self.rate}, quality {self.quality}, duration {self.duration}: expected a rate up to 1000 a "
                 "second, a quality of 1 to 100 and a positive duration"
             )
+        if self.heartbeat is not None and not self.heartbeat > 0:
+            raise InputError(f"heartbeat {self.heartbeat}: expected seconds, more than 0, or none at all")
 
 
 @dataclass(slots=True)
 class RecordSummary:
-    """How a recording went. frames: looked at; kept: with a tag; skipped: not looked at for want of time.
+    """How a recording went. frames: looked at; kept: with a tag; heartbeats: kept without one.
 
-    connections: how often the source was opened; crashes: frames over which the detector died; ended: why it ended.
+    skipped: frames not looked at for want of time; connections: how often the source was opened; crashes: frames over
+    which the detector died; ended: why it ended.
     """
 
     frames: int = 0
     kept: int = 0
+    heartbeats: int = 0
     skipped: int = 0
     connections: int = 0
     crashes: int = 0
@@ -134,14 +148,17 @@ class _Recorder:
             summary.frames += 1
             tags = self._look(frame.image)
             self._show(frame.image, tags)
-            if not tags or not self._is_due(frame.stamp):
+            if not self._is_due(frame.stamp, bool(tags)):
                 continue
             try:
                 self._folder.add(frame.stamp, self._jpeg(frame.image), [tag.id for tag in tags], self._clock)
             except DiskFullError as error:
                 summary.ended, summary.disk_full = str(error), True
                 return
-            summary.kept += 1
+            if tags:
+                summary.kept += 1
+            else:
+                summary.heartbeats += 1
             self._last_kept = frame.stamp
         summary.ended = "told to stop"
 
@@ -154,9 +171,12 @@ class _Recorder:
             self._say(str(error))
             return []
 
-    def _is_due(self, stamp: int) -> bool:
-        """Whether the rate allows another; a clock set back does not hold it up."""
-        return self._last_kept is None or not 0 <= stamp - self._last_kept < 0.98 * NANOSECONDS / self._settings.rate
+    def _is_due(self, stamp: int, tagged: bool) -> bool:
+        """Whether the rate, or without a tag the heartbeat, asks for another; a clock set back does not hold it up."""
+        every = 1 / self._settings.rate if tagged else self._settings.heartbeat
+        if every is None:
+            return False
+        return self._last_kept is None or not 0 <= stamp - self._last_kept < 0.98 * NANOSECONDS * every
 
     def _jpeg(self, image: Picture) -> bytes:
         cv2 = load_opencv()

@@ -1,0 +1,81 @@
+"""From rendered pictures to metrics: robots that stray, cameras that die."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from taskslam.benchmark.lab_file import Lab
+from taskslam.benchmark.lab_folder import OUTSIDE_IN
+from taskslam.benchmark.virtual_lab import photograph
+from taskslam.evaluation import evaluate_runs
+from taskslam.evaluation.metrics_file import RunMetrics
+from taskslam.geometry import SE2
+from taskslam.record import RunRecord
+from taskslam.robot import load_robot
+from taskslam.world.loading import load_world
+
+pytest.importorskip("apriltag", reason="needs the extra `apriltag`")
+pytest.importorskip("cv2", reason="needs the extra `apriltag`")
+
+Drive = Callable[..., RunRecord]
+STRAY = (2, 11)  # round and goal at which the robot says that it has arrived, and is in another room
+
+
+@pytest.fixture(scope="module")
+def strayed(drive: Drive, small_lab: Lab, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What one camera over waypoints 1 and 12 recorded in three rounds."""
+    where = tmp_path_factory.mktemp("stray")
+    run = drive(where / "run", (0, 11), 3, strays={STRAY: SE2(20.0, 0.0, 0.0)})
+    lab = small_lab.model_copy(update={"cameras": small_lab.cameras[:1], "ceiling": None})
+    photograph(run, load_world("house"), load_robot("turtlebot2"), lab, where / "lab")
+    return where / "lab"
+
+
+def pictures(folder: Path, number: int, goal: int) -> list[Path]:
+    rows = csv.DictReader((folder / "truth" / "pictures.csv").open())
+    return [folder / row["file"] for row in rows if (int(row["round"]), int(row["waypoint"]) - 1) == (number, goal)]
+
+
+def measured(folder: Path, out: Path) -> tuple[RunMetrics, dict[tuple[int, int], str]]:
+    from taskslam.realworld.measure import measure_outside_in
+    from taskslam.realworld.setup_file import OutsideInSetup, load_setup
+
+    (run,) = measure_outside_in(load_setup(folder / OUTSIDE_IN, OutsideInSetup), out)
+    (metrics,) = evaluate_runs([out]).runs
+    return metrics, {(a.arrival.round, a.arrival.goal): f"{a.verdict}: {a.reason}" for a in run.arrivals}
+
+
+def test_the_lab_keeps_what_a_recorder_would(strayed: Path) -> None:
+    """A picture every 1.5 s at most where the robot is not, more where it is."""
+    there, elsewhere = pictures(strayed, 1, 11), pictures(strayed, *STRAY)
+    assert len(elsewhere) >= 3
+    assert len(there) > len(elsewhere)
+    stamps = sorted(float(path.stem) for path in elsewhere)
+    assert min(b - a for a, b in pairwise(stamps)) >= 1.5
+
+
+def test_a_robot_that_never_came_into_sight_has_not_arrived(strayed: Path, tmp_path: Path) -> None:
+    metrics, said = measured(strayed, tmp_path / "out")
+    assert said[STRAY].startswith("not seen: tag 0 was not found in ")
+    assert [text for key, text in said.items() if key != STRAY] == ["measured: "] * 5
+    waypoint = metrics.waypoints[11]
+    assert (waypoint.complete, waypoint.unjudged, waypoint.visits, waypoint.rounds) == (False, None, 2, 3)
+    assert metrics.waypoints[0].complete
+    (failure,) = [one for one in metrics.failures if (one.round, one.goal) == STRAY]
+    assert failure.outcome == "not_seen"
+    assert "navigation reported an arrival, but tag 0 was not found" in failure.detail
+
+
+def test_a_camera_that_was_dead_decides_nothing(strayed: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "lab"
+    shutil.copytree(strayed, folder)
+    for path in pictures(folder, *STRAY):
+        path.unlink()
+    _, said = measured(folder, tmp_path / "out")
+    assert "ambiguous: camera corridor took no image during the pause; the nearest, " in said[STRAY]
