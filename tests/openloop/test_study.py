@@ -84,15 +84,16 @@ def test_a_yaml_file_says_what_a_folder_cannot(tmp_path):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("", "valid dictionary"),
+        ("", "empty; expected the keys sequences"),
         ("sequences: {}", "at least 1 item"),
         ("sequences: {a: {groundtruth: x.tum, runs: {m: 5}}}", r"sequences\.a\.runs\.m"),
         ("sequences: {a: {groundtruth: x.tum, runs: {m: '*.nope'}}}", r"a, m: no file matches \*\.nope"),
         ("sequences: {a: {groundtruth: x.tum, runs: {m: '/**x'}}}", "a, m"),
-        ("sequences: {a: {groundtruth: x.tum, run: {}}}", "Extra inputs|Field required"),
-        ("methods: {m: {align: diagonal}}", "align"),
+        ("sequences: {a: {groundtruth: x.tum, run: {}}}", r"unknown key 'sequences\.a\.run'.*Did you mean 'runs'"),
+        ("sequences: {}\nmethods: {m: {align: diagonal}}", "at least 1 item"),
+        ("sequences: {a: {groundtruth: x, runs: {}}}\nmethods: {m: {align: up}}", r"methods\.m\.align: .*'up'"),
         ("a: [", "not valid YAML"),
-        ("&a [*a]", "valid"),
+        ("&a [*a]", "refers to what holds it"),
         ("[" * 3000, "not valid YAML"),
         ("\x00", "not valid YAML"),
     ],
@@ -112,5 +113,5 @@ def test_nothing_to_compare_is_said(tmp_path):
     shutil.rmtree(tmp_path)
     with pytest.raises(TrajectoryError, match="one argument alone is a study"):
         load_study(str(tmp_path))
-    with pytest.raises(TrajectoryError, match="cannot be read"):
+    with pytest.raises(TrajectoryError, match="cannot read the study"):
         load_study(str(tmp_path / "study.yaml"))

@@ -18,7 +18,9 @@ GOALS = ((1.0, 2.0, 0.0), (3.0, 4.0, 90.0), (3.0, 4.0, -90.0))
 def setup(folder: Path, **run: object) -> Setup:
     source = {"method": "karto", "mode": "without-map", **run}
     waypoints = [Place(x=x, y=y, heading=h) for x, y, h in GOALS]
-    return Setup(folder=folder, runs=(RunSource(**source),), waypoints=tuple(waypoints))
+    content = Setup(runs=(RunSource(**source),), waypoints=tuple(waypoints))
+    content._folder = folder
+    return content
 
 
 def read(folder: Path, **run: object):

@@ -95,7 +95,7 @@ def test_a_kalibr_camchain_gives_its_cameras_and_where_they_are(tmp_path: Path) 
         ("image_width: 648", "image_width: wide", "image_width is 'wide'"),
         ("plumb_bob", "brown", "expected plumb_bob"),
         ("[-0.4222, ", "[", "4 distortion|plumb_bob"),
-        ("\nimage_height", "\n\timage_height", "not a YAML file"),
+        ("\nimage_height", "\n\timage_height", "not valid YAML: line 3"),
     ],
 )
 def test_a_calibration_with_a_fault_is_named(tmp_path: Path, before: str, after: str, told: str) -> None:

@@ -39,7 +39,7 @@ def test_a_small_setup_has_defaults_for_the_rest(write, tmp_path):
     ("content", "complaint"),
     [
         ("a: [", "not valid YAML"),
-        ("- 1", "expected the keys"),
+        ("- 1", "a list; expected the keys scenario, runs"),
         ("", "expected the keys"),
         ({**GOOD, "camera": 1}, r"unknown key 'camera'.*Did you mean 'cameras'"),
         (
@@ -57,7 +57,7 @@ def test_a_small_setup_has_defaults_for_the_rest(write, tmp_path):
         (changed(waypoints=[0]), r"cameras.0.waypoints.0.*greater than or equal to 1"),
         (changed(waypoints=[]), r"cameras.0.waypoints"),
         (changed(image_kind="both"), "image_kind"),
-        (changed(clock_offset="soon"), "clock_offset"),
+        (changed(clock_offset="soon"), r"cameras\.0\.clock_offset: .*number.*, or should be 'estimate' \(got 'soon'\)"),
         (changed(clock_offset=float("nan")), "clock_offset"),
         (changed(name="../up"), "cameras.0.name"),
         (changed(gamma=0), "gamma"),
@@ -71,12 +71,17 @@ def test_what_is_wrong_is_named_with_its_key(write, content, complaint):
 def test_the_image_kind_must_be_said_for_the_file_holds_two_cameras(write):
     content = copy.deepcopy(GOOD)
     del content["cameras"][0]["image_kind"]
-    with pytest.raises(InputError, match=r"image_kind' is missing.*rectified"):
+    with pytest.raises(InputError, match=r"'cameras\.0\.image_kind' is missing.*rectified"):
         load_setup(write(content), OutsideInSetup)
 
 
+def test_the_folder_is_the_files_own_and_not_to_be_written(write):
+    with pytest.raises(InputError, match="unknown key 'folder'"):
+        load_setup(write({**GOOD, "folder": "/elsewhere"}), OutsideInSetup)
+
+
 def test_a_missing_file_and_a_huge_one_are_sentences(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="cannot read the setup"):
         load_setup(tmp_path / "none.yaml", OutsideInSetup)
     (tmp_path / "huge.yaml").write_bytes(b"a" * (2 << 20))
     with pytest.raises(InputError, match="larger than 1 MB"):

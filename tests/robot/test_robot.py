@@ -34,7 +34,7 @@ def test_an_unknown_preset_is_named_with_a_guess() -> None:
 def test_a_wrong_key_or_value_in_a_robot_file_is_named(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text("name: mine\nwheels: 3\n")
-    with pytest.raises(RobotError, match=r"mine\.yaml: drive"):
+    with pytest.raises(RobotError, match=r"mine\.yaml: the key 'drive' is missing"):
         load_robot(file)
     with pytest.raises(RobotError, match="cannot read"):
         load_robot(tmp_path / "absent.yaml")

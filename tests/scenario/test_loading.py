@@ -102,7 +102,7 @@ def test_an_unknown_scenario_is_named_with_a_guess() -> None:
 def test_broken_files_are_named(write, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ScenarioError, match="not valid YAML"):
         load_scenario(write("name: ["))
-    with pytest.raises(ScenarioError, match="is a mapping"):
+    with pytest.raises(ScenarioError, match="not keys with values but a list; expected the keys name, title, world"):
         load_scenario(write("- 1"))
     with pytest.raises(ScenarioError, match="cannot read the scenario"):
         load_scenario(tmp_path / "absent.yaml")

@@ -6,21 +6,22 @@ measurement, whose parts are used where they are the same.
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from taskslam.errors import InputError, did_you_mean
+from taskslam.errors import InputError
 from taskslam.geometry import FloatArray
 from taskslam.realworld.camera_model import Camera
 from taskslam.realworld.recording import HEARTBEAT
 from taskslam.realworld.setup_file import BundleGrid, CameraMount, Degrees, Metres, Place, RobotTag, Waypoints
 from taskslam.realworld.tag_family import DEFAULT_FAMILY
 from taskslam.simulation.lab_robot import Sway
+from taskslam.user_files import Shipped
+
+_LABS = Shipped("lab", "taskslam.benchmark", "labs", InputError)
 
 Share = Annotated[float, Field(ge=0, lt=1)]
 Seconds = Annotated[float, Field(ge=0, le=600)]
@@ -177,8 +178,7 @@ class Lab(_Part):
 
 def shipped_labs() -> list[str]:
     """Names of the labs that ship with the package."""
-    folder = resources.files("taskslam.benchmark") / "labs"
-    return sorted(Path(file.name).stem for file in folder.iterdir() if file.name.endswith(".yaml"))
+    return _LABS.names()
 
 
 def load_lab(reference: str | Path) -> Lab:
@@ -187,29 +187,4 @@ def load_lab(reference: str | Path) -> Lab:
     Raises:
         InputError: no such lab, not YAML, an unknown key or a value out of range; says which.
     """
-    path = Path(reference)
-    try:
-        if path.suffix in {".yaml", ".yml"}:
-            text, where = path.read_text(encoding="utf-8"), str(path)
-        elif str(reference) in shipped_labs():
-            text = (resources.files("taskslam.benchmark") / "labs" / f"{reference}.yaml").read_text(encoding="utf-8")
-            where = f"lab {reference}"
-        else:
-            known = shipped_labs()
-            raise InputError(
-                f"lab '{reference}' is neither shipped ({', '.join(known)}) nor a .yaml file."
-                f"{did_you_mean(str(reference), known)}"
-            )
-        raw = yaml.safe_load(text)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{path}: the lab cannot be read: {reason}") from error
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
-    try:
-        return Lab.model_validate(raw)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        message = first["msg"].removeprefix("Value error, ")
-        raise InputError(f"{where}: {key}: {message}" if key else f"{where}: {message}") from None
+    return _LABS.load(reference, Lab)

@@ -14,17 +14,16 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from importlib import resources
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run_directory
 from taskslam.errors import InputError, MethodUnavailableError, did_you_mean
 from taskslam.scenario import load_scenario
 from taskslam.slam.registry import load_method
+from taskslam.user_files import Shipped
 
 
 class Suite(BaseModel):
@@ -93,22 +92,7 @@ def load_suite(reference: str) -> Suite:
     Raises:
         InputError: unknown name, unreadable file, unknown key.
     """
-    folder = resources.files("taskslam.benchmark") / "suites"
-    shipped = sorted(Path(f.name).stem for f in folder.iterdir() if f.name.endswith(".yaml"))
-    if reference in shipped:
-        text = (folder / f"{reference}.yaml").read_text(encoding="utf-8")
-    elif reference.endswith((".yaml", ".yml")):
-        try:
-            text = Path(reference).read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{reference}: cannot read the suite: {error.strerror}") from error
-    else:
-        hint = did_you_mean(reference, shipped)
-        raise InputError(f"suite '{reference}' is neither shipped ({', '.join(shipped)}) nor a .yaml file.{hint}")
-    try:
-        return Suite.model_validate(yaml.safe_load(text))
-    except (yaml.YAMLError, ValidationError) as error:
-        raise InputError(f"suite {reference}: {' '.join(str(error).split())}") from error
+    return Shipped("suite", "taskslam.benchmark", "suites", InputError).load(reference, Suite)
 
 
 def plan(

@@ -9,17 +9,13 @@ def parse_options(pairs: list[str]) -> dict[str, object]:
     Raises:
         InputError: no `=`, or a value that is not YAML.
     """
-    import yaml
-
     from taskslam.errors import InputError
+    from taskslam.user_files import value_of
 
     options: dict[str, object] = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
         if not key or not equals:
             raise InputError(f"--option {pair}: expected KEY=VALUE")
-        try:
-            options[key] = yaml.safe_load(value)
-        except yaml.YAMLError as error:
-            raise InputError(f"--option {pair}: the value is not valid YAML") from error
+        options[key] = value_of(value, f"--option {pair}", InputError)
     return options

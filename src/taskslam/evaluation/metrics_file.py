@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from taskslam.errors import RecordError
 from taskslam.record.files import write_whole
+from taskslam.user_files import complaint
 
 METRICS_FORMAT: Literal["taskslam-metrics/2"] = "taskslam-metrics/2"
 METRICS_FILE = "metrics.json"
@@ -325,7 +326,4 @@ def read_metrics(path: Path) -> MetricsFile:
     except OSError as error:
         raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
     except ValidationError as error:
-        fault = error.errors()[0]
-        where = ".".join(map(str, fault["loc"])) or "the file"
-        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-        raise RecordError(f"{path}: expected {METRICS_FORMAT!r}: {where}: {fault['msg']}{more}") from None
+        raise RecordError(f"{path}: expected {METRICS_FORMAT!r}: {complaint(error, MetricsFile)}") from None

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from taskslam.errors import DatasetError
 from taskslam.geometry import FloatArray, is_rigid
+from taskslam.user_files import read_mapping
 
 _LONGEST_LINE = 4096
-_LARGEST_YAML = 1 << 20
 _LATEST = 1 << 61  # ns: the year 2043, and half of what the schedule of a method can count
 
 
@@ -114,15 +113,4 @@ def read_sensor_file(path: Path) -> SensorFile:
     Raises:
         DatasetError: unreadable, too large, not YAML, not a mapping.
     """
-    try:
-        if path.stat().st_size > _LARGEST_YAML:
-            raise DatasetError(f"{path}: larger than a sensor description can be")
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-        keys = yaml.safe_load("\n".join(line for line in lines if not line.startswith("%YAML")))
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        raise DatasetError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}") from error
-    if not isinstance(keys, dict):
-        raise DatasetError(f"{path}: expected keys such as sensor_type and T_BS")
-    return SensorFile(path, keys)
+    return SensorFile(path, read_mapping(path, "sensor description", DatasetError, "keys such as sensor_type and T_BS"))

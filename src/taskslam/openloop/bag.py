@@ -13,7 +13,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
 from pydantic import ValidationError
 
 from taskslam.errors import DatasetError
@@ -26,6 +25,7 @@ from taskslam.openloop.dataset import Dataset, TruthPose
 from taskslam.openloop.rectification import Rectifier, same_camera
 from taskslam.openloop.stamp_order import Pairing, in_stamp_order
 from taskslam.robot import Robot, SensorRig, load_robot
+from taskslam.user_files import check, complaint, keys_of, mapping_of
 
 _ROLES: dict[Sensor, tuple[Role, ...]] = {
     Sensor.LASER_SCAN: (Role.LASER_SCAN,),
@@ -157,7 +157,7 @@ class Bag(Dataset):
             return make()
         except (DatasetError, ValidationError) as error:
             usable.remove(sensor)
-            self.why_not[sensor] = _sentence(error)
+            self.why_not[sensor] = complaint(error) if isinstance(error, ValidationError) else str(error)
             return None
 
     def _cameras(self, given: SensorRig | None) -> Any:
@@ -196,10 +196,8 @@ class Bag(Dataset):
         message = next(read_messages(self.path, [ros_encoding.ROBOT]), None)
         if message is None:
             return None
-        try:
-            return Robot.model_validate(yaml.safe_load(message.content.data))
-        except (yaml.YAMLError, ValidationError, RecursionError) as error:
-            raise DatasetError(f"{self.path}: {ros_encoding.ROBOT}: not a robot: {_sentence(error)}") from error
+        where = f"{self.path}: {ros_encoding.ROBOT}"
+        return check(Robot, mapping_of(message.content.data, where, DatasetError, keys_of(Robot)), where, DatasetError)
 
     def _read_frames(self, base: str | None, mounts: Mapping[str, str]) -> bag_rig.Frames:
         static = [
@@ -238,10 +236,3 @@ def _placed(path: Path, message: Message) -> Iterator[None]:
     except DatasetError as error:
         at = message.recorded / NANOSECONDS
         raise DatasetError(f"{path}: {message.topic}, the message recorded at {at:.3f} s: {error}") from error
-
-
-def _sentence(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
-    return " ".join(str(error).split())

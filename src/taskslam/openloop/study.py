@@ -23,19 +23,18 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.openloop.bag_trajectories import is_bag
 from taskslam.openloop.replayed_sequences import replayed_sequences
 from taskslam.openloop.trajectory_files import split_topic
+from taskslam.user_files import read_model
 
 _RUN_NUMBER = re.compile(r"(?:[_.-]?(?:run|round|trial|loop)[_-]?|[_.-])\d+$|^\d+$", re.IGNORECASE)
 _GROUND_TRUTH = re.compile(r"ground[_-]?truth|gt", re.IGNORECASE)
 _SUFFIXES = {".tum", ".txt", ".csv", ".bag", ".mcap", ".db3"}
-_NOT_IN_YAML = 1_000_000  # bytes: a study file is short
 
 
 class _Part(BaseModel):
@@ -49,6 +48,13 @@ class SequenceRuns(_Part):
     runs: dict[str, tuple[str, ...]]
     frames: int | None = Field(default=None, gt=0)
     times: str | None = None
+
+    @field_validator("runs", mode="before")
+    @classmethod
+    def _one_or_many(cls, value: object) -> object:
+        if not isinstance(value, dict):
+            return value
+        return {name: [files] if isinstance(files, str) else files for name, files in value.items()}
 
 
 class MethodSettings(_Part):
@@ -99,18 +105,7 @@ def load_study(source: str, runs: Sequence[str] = (), times: str | None = None) 
 
 
 def _from_yaml(path: Path) -> Study:
-    try:
-        if path.stat().st_size > _NOT_IN_YAML:
-            raise TrajectoryError(f"{path}: larger than {_NOT_IN_YAML:,} bytes; expected a short study file")
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        study = Study.model_validate(_with_lists(content))
-    except OSError as error:
-        raise TrajectoryError(f"{path}: cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
-        raise TrajectoryError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
-    except ValidationError as error:
-        faults = "; ".join(f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors())
-        raise TrajectoryError(f"{path}: {faults}") from None
+    study = read_model(path, Study, "study", TrajectoryError)
     sequences = {
         name: SequenceRuns(
             groundtruth=str(path.parent / sequence.groundtruth),
@@ -124,18 +119,6 @@ def _from_yaml(path: Path) -> Study:
         for name, sequence in study.sequences.items()
     }
     return study.model_copy(update={"sequences": sequences})
-
-
-def _with_lists(content: object) -> object:
-    """A single pattern of runs as a list of one."""
-    if not isinstance(content, dict) or not isinstance(content.get("sequences"), dict):
-        return content
-    for sequence in content["sequences"].values():
-        if isinstance(sequence, dict) and isinstance(sequence.get("runs"), dict):
-            sequence["runs"] = {
-                name: [files] if isinstance(files, str) else files for name, files in sequence["runs"].items()
-            }
-    return content
 
 
 def _matching(study: Path, whose: str, pattern: str) -> list[str]:

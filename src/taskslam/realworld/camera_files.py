@@ -13,11 +13,12 @@ import yaml
 
 from taskslam.errors import CameraError
 from taskslam.realworld.camera_model import Camera, DistortionModel
+from taskslam.user_files import read_mapping
 
 FloatArray = npt.NDArray[np.float64]
 ImageKind = Literal["raw", "rectified"]
 
-_LARGEST_FILE = 1 << 20
+_EXPECTED = "the keys of ROS camera_info or of a Kalibr camchain"
 _KALIBR_NAME = re.compile(r"cam[0-9]+")
 _KALIBR_MODELS = {"radtan": DistortionModel.PLUMB_BOB, "equidistant": DistortionModel.EQUIDISTANT}
 
@@ -32,7 +33,7 @@ def load_camera(path: Path, image_kind: ImageKind = "raw", name: str | None = No
     Raises:
         CameraError: unreadable, no calibration, singular, or without a projection matrix where one is needed.
     """
-    content = _read_yaml(path)
+    content = read_mapping(path, "calibration", CameraError, _EXPECTED)
     if any(_KALIBR_NAME.fullmatch(str(key)) for key in content):
         chain = _kalibr_chain(path, content)
         if image_kind == "rectified":
@@ -50,7 +51,7 @@ def load_camchain(path: Path) -> dict[str, tuple[Camera, FloatArray]]:
     Raises:
         CameraError: unreadable, or not a camchain.
     """
-    return _kalibr_chain(path, _read_yaml(path))
+    return _kalibr_chain(path, read_mapping(path, "calibration", CameraError, _EXPECTED))
 
 
 def save_camera(path: Path, camera: Camera) -> None:
@@ -77,24 +78,6 @@ def save_camera(path: Path, camera: Camera) -> None:
 def _matrix(key: str, values: FloatArray) -> str:
     data = ", ".join(repr(float(value)) for value in values.ravel())
     return f"{key}:\n  rows: {values.shape[0]}\n  cols: {values.shape[1]}\n  data: [{data}]\n"
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        with path.open("rb") as file:
-            text = file.read(_LARGEST_FILE + 1)
-    except OSError as error:
-        raise CameraError(f"{path}: cannot read the calibration: {error.strerror}") from error
-    if len(text) > _LARGEST_FILE:
-        raise CameraError(f"{path}: more than {_LARGEST_FILE} bytes; expected a calibration file")
-    try:
-        # OpenCV's own writer opens files with a directive that is not YAML 1.1.
-        content = yaml.safe_load(text.decode("utf-8").replace("%YAML:1.0", "", 1))
-    except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise CameraError(f"{path}: not a YAML file; expected ROS camera_info or a Kalibr camchain") from error
-    if not isinstance(content, dict):
-        raise CameraError(f"{path}: expected the keys of ROS camera_info or of a Kalibr camchain")
-    return content
 
 
 def _ros_camera(path: Path, content: dict[str, Any], image_kind: ImageKind) -> Camera:

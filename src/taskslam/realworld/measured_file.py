@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from taskslam.errors import RecordError
 from taskslam.record import RunRecord
+from taskslam.user_files import complaint
 
 FOLDER, FILE = "measured", "arrivals.json"
 Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -84,6 +85,4 @@ def load_measured(record: RunRecord) -> MeasuredFile | None:
     except OSError as error:
         raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise RecordError(f"{path}: {where}: {first['msg']}") from None
+        raise RecordError(f"{path}: {complaint(error, MeasuredFile)}") from None

@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator, model_validator
 
-from taskslam.errors import InputError, did_you_mean
+from taskslam.errors import InputError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.realworld.tag_family import DEFAULT_FAMILY
 from taskslam.realworld.tag_plane import tag_square
-
-_LARGEST = 1 << 20  # bytes of a setup file
+from taskslam.user_files import read_model
 
 LOOKING_UP = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 """T_body_optical of a camera that looks up, the top of its image forward."""
@@ -82,7 +80,9 @@ class CameraSource(_Part):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-][A-Za-z0-9_.-]*$")]
     images: str
     calibration: str
-    image_kind: Literal["raw", "rectified"]
+    image_kind: Literal["raw", "rectified"] = Field(
+        description="`raw`, or `rectified` by ROS image_proc; the calibration file cannot tell"
+    )
     clock_offset: Seconds | Literal["estimate"] = 0.0
     gamma: Annotated[float, Field(ge=0.3, le=4)] = 2.2
 
@@ -194,7 +194,7 @@ class Setup(_Part):
     at least must show the tag at rest.
     """
 
-    folder: Path = Path()
+    _folder: Path = PrivateAttr(default=Path())
     scenario: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")] | None = None
     runs: Annotated[tuple[RunSource, ...], Field(min_length=1)]
     waypoints: tuple[Place, ...] | None = None
@@ -213,7 +213,7 @@ class Setup(_Part):
 
     def path(self, name: str) -> Path:
         """A path in the file, relative to it."""
-        return self.folder / Path(name).expanduser()
+        return self._folder / Path(name).expanduser()
 
 
 class OutsideInSetup(Setup):
@@ -249,45 +249,9 @@ AnySetup = TypeVar("AnySetup", OutsideInSetup, InsideOutSetup)
 
 def load_setup(path: Path, kind: type[AnySetup]) -> AnySetup:
     """A setup file. Raises InputError naming the file, the key, and what was expected there."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
-        if len(data) > _LARGEST:
-            raise InputError(f"{path}: larger than 1 MB; expected the YAML file that describes the setup")
-        raw = yaml.safe_load(data.decode("utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{path}: the setup cannot be read: {reason}") from error
-    except (yaml.YAMLError, RecursionError) as error:
-        raise InputError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(raw, dict):
-        raise InputError(f"{path}: expected the keys {', '.join(_keys(kind))}")
-    try:
-        return kind.model_validate({**raw, "folder": path.absolute().parent})
-    except ValidationError as error:
-        raise InputError(f"{path}: {_complaint(error, kind)}") from None
-
-
-def _complaint(error: ValidationError, kind: type[BaseModel]) -> str:
-    first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"])
-    if first["type"] == "extra_forbidden":
-        known = _keys(kind) if len(first["loc"]) == 1 else ()
-        listed = f"; expected one of {', '.join(known)}" if known else ""
-        return f"unknown key '{where}'{listed}.{did_you_mean(str(first['loc'][-1]), known)}"
-    if first["type"] == "missing":
-        why = (
-            ": `raw`, or `rectified` by ROS image_proc; the calibration file cannot tell"
-            if "image_kind" in where
-            else ""
-        )
-        return f"the key '{where}' is missing{why}"
-    message = str(first["msg"]).removeprefix("Value error, ")
-    return f"{where}: {message} (got {str(first['input'])[:80]!r})" if where else message
-
-
-def _keys(kind: type[BaseModel]) -> list[str]:
-    return [name for name in kind.model_fields if name != "folder"]
+    setup = read_model(path, kind, "setup", InputError)
+    setup._folder = path.absolute().parent
+    return setup
 
 
 def _refuse_twice(what: str, values: Iterable[object]) -> None:

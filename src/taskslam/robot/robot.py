@@ -7,16 +7,17 @@ origin on the floor between the wheels). Every number's source stands beside it 
 from __future__ import annotations
 
 import math
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from taskslam.errors import RobotError, did_you_mean
+from taskslam.errors import RobotError
 from taskslam.geometry import FloatArray, pose_from_xyz_rpy
+from taskslam.user_files import Shipped
+
+_PRESETS = Shipped("robot", "taskslam.robot", "presets", RobotError)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -181,8 +182,7 @@ class Robot(_Part):
 
 def robot_presets() -> list[str]:
     """Names of the robots that ship with the package."""
-    folder = resources.files("taskslam.robot") / "presets"
-    return sorted(Path(f.name).stem for f in folder.iterdir() if f.name.endswith(".yaml"))
+    return _PRESETS.names()
 
 
 def load_robot(name: str | Path) -> Robot:
@@ -191,28 +191,4 @@ def load_robot(name: str | Path) -> Robot:
     Raises:
         RobotError: no such preset or file, broken YAML, an unknown key or a value out of range; says which.
     """
-    text, where = _read(name)
-    try:
-        raw = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise RobotError(f"{where}: not valid YAML: {error}") from error
-    try:
-        return Robot.model_validate(raw)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise RobotError(f"{where}: {key}: {first['msg']} (got {first['input']!r})") from error
-
-
-def _read(name: str | Path) -> tuple[str, str]:
-    path = Path(name)
-    if path.suffix in {".yaml", ".yml"}:
-        try:
-            return path.read_text(encoding="utf-8"), str(path)
-        except OSError as error:
-            raise RobotError(f"{path}: cannot read the robot file: {error.strerror}") from error
-    if str(name) not in robot_presets():
-        known = robot_presets()
-        hint = did_you_mean(str(name), known)
-        raise RobotError(f"robot '{name}' is not a preset ({', '.join(known)}) nor a YAML file.{hint}")
-    return (resources.files("taskslam.robot") / "presets" / f"{name}.yaml").read_text(encoding="utf-8"), f"robot {name}"
+    return _PRESETS.load(name, Robot)

@@ -8,6 +8,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from taskslam.errors import InputError, did_you_mean
+from taskslam.user_files import complaint
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -22,9 +23,7 @@ def read_options(model: type[Model], method: str, options: Mapping[str, object])
     try:
         return model.model_validate(dict(options))
     except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join(str(part) for part in first["loc"]) or "values"
-        raise InputError(f"{method} option {name}: {first['msg']} (got {first['input']!r})") from error
+        raise InputError(f"{method} option {complaint(error, model)}") from error
 
 
 def check_option_names(method: str, options: Collection[str], known: Collection[str]) -> None:

@@ -7,23 +7,51 @@ v / 255 with `negate`; trinary: occupied above `occupied_thresh`, free below `fr
 from __future__ import annotations
 
 import io
-import math
 import warnings
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 import yaml
 from PIL import Image
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from taskslam.errors import FloorPlanError
 from taskslam.geometry import SE2, FloatArray
+from taskslam.user_files import read_model
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 from taskslam.world.pgm import read_pgm, write_pgm
 
 _GREY_OF = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}  # what map_saver writes
-_DEFAULTS = {"occupied_thresh": 0.65, "free_thresh": 0.196}
+
+
+def _no_flag(value: object) -> object:
+    if isinstance(value, bool):
+        raise ValueError("should be a number")
+    return value
+
+
+Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_no_flag)]
+Probability = Annotated[Number, Field(ge=0, le=1)]
+
+
+class _MapFile(BaseModel):
+    """The keys of map_server that are read; YAML 1.1 leaves numbers such as 5e-2 as text, so text may be a number."""
+
+    image: str = Field(min_length=1)
+    resolution: Annotated[Number, Field(gt=0)]
+    origin: tuple[Number, Number, Number]
+    negate: bool = False
+    occupied_thresh: Probability = 0.65
+    free_thresh: Probability = 0.196
+    mode: Literal["trinary", "scale", "raw"] = "trinary"
+
+    @model_validator(mode="after")
+    def _ordered(self) -> _MapFile:
+        if self.occupied_thresh < self.free_thresh:
+            raise ValueError(f"occupied_thresh {self.occupied_thresh} is below free_thresh {self.free_thresh}")
+        return self
 
 
 def load_floor_plan(yaml_path: Path, free_205: bool = False) -> FloorPlan:
@@ -39,23 +67,12 @@ def load_floor_plan(yaml_path: Path, free_205: bool = False) -> FloorPlan:
         FloorPlanError: a file is missing or broken, a key is missing or out of range; one sentence that says which.
     """
     yaml_path = Path(yaml_path)
-    settings = _read_yaml(yaml_path)
-    where = str(yaml_path)
-    resolution = _number(settings, "resolution", where)
-    if resolution <= 0:
-        raise FloorPlanError(f"{where}: resolution is {resolution}, expected metres per cell above 0")
-    origin = _origin(settings, where)
-    occupied, free = (_threshold(settings, key, where) for key in ("occupied_thresh", "free_thresh"))
-    if occupied < free:
-        raise FloorPlanError(f"{where}: occupied_thresh {occupied} is below free_thresh {free}")
-    mode = settings.get("mode", "trinary")
-    if mode not in ("trinary", "scale", "raw"):
-        raise FloorPlanError(f"{where}: mode is {mode!r}, expected trinary, scale or raw")
-    grey, opaque = _read_image(yaml_path, settings.get("image"), average_alpha=mode == "trinary")
-    cells = _classify(grey, opaque, mode, _flag(settings, "negate", where), occupied, free)
+    settings = read_model(yaml_path, _MapFile, "floor plan", FloorPlanError)
+    grey, opaque = _read_image(yaml_path, settings.image, average_alpha=settings.mode == "trinary")
+    cells = _classify(grey, opaque, settings)
     if free_205:
         cells[(cells == UNKNOWN) & (grey == 205)] = FREE
-    return FloorPlan(np.ascontiguousarray(cells[::-1]), resolution, origin)
+    return FloorPlan(np.ascontiguousarray(cells[::-1]), settings.resolution, SE2(*settings.origin))
 
 
 def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png"] = "pgm") -> None:
@@ -82,7 +99,8 @@ def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png
         "resolution": float(plan.resolution),
         "origin": [float(plan.origin.x), float(plan.origin.y), float(plan.origin.theta)],
         "negate": 0,
-        **_DEFAULTS,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
     }
     try:
         image_path.write_bytes(data)
@@ -91,66 +109,8 @@ def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png
         raise FloorPlanError(f"{yaml_path}: cannot write the floor plan: {error.strerror}") from error
 
 
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        settings = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FloorPlanError(f"{path}: cannot read the floor plan: {error.strerror}") from error
-    except (UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
-        raise FloorPlanError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(settings, dict):
-        raise FloorPlanError(f"{path}: not a map_server file: expected keys such as image, resolution and origin")
-    return settings
-
-
-def _as_number(value: object) -> float:
-    """Return a finite float, or NaN for anything else; YAML 1.1 leaves numbers such as 5e-2 as strings."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        return math.nan
-    try:
-        number = float(value)
-    except (ValueError, OverflowError):
-        return math.nan
-    return number if math.isfinite(number) else math.nan
-
-
-def _number(settings: dict[str, Any], key: str, where: str) -> float:
-    if key not in settings:
-        raise FloorPlanError(f"{where}: the key '{key}' is missing")
-    number = _as_number(settings[key])
-    if math.isnan(number):
-        raise FloorPlanError(f"{where}: {key} is {settings[key]!r}, expected a finite number")
-    return number
-
-
-def _threshold(settings: dict[str, Any], key: str, where: str) -> float:
-    number = _number({**_DEFAULTS, **settings}, key, where)
-    if not 0 <= number <= 1:
-        raise FloorPlanError(f"{where}: {key} is {number}, expected a probability in 0..1")
-    return number
-
-
-def _origin(settings: dict[str, Any], where: str) -> SE2:
-    if "origin" not in settings:
-        raise FloorPlanError(f"{where}: the key 'origin' is missing")
-    value = settings["origin"]
-    numbers = [_as_number(part) for part in value] if isinstance(value, list) else []
-    if len(numbers) != 3 or any(math.isnan(number) for number in numbers):
-        raise FloorPlanError(f"{where}: origin is {value!r}, expected three finite numbers x, y, yaw")
-    return SE2(*numbers)
-
-
-def _flag(settings: dict[str, Any], key: str, where: str) -> bool:
-    value = settings.get(key, 0)
-    if value not in (0, 1):
-        raise FloorPlanError(f"{where}: {key} is {value!r}, expected 0 or 1")
-    return bool(value)
-
-
-def _read_image(yaml_path: Path, name: object, average_alpha: bool) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+def _read_image(yaml_path: Path, name: str, average_alpha: bool) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """(H, W) grey in 0..255 and (H, W) whether a pixel is opaque, row 0 at the top."""
-    if not isinstance(name, str) or not name:
-        raise FloorPlanError(f"{yaml_path}: image is {name!r}, expected the name of a pgm or png file")
     path = yaml_path.parent / name
     try:
         data = path.read_bytes()
@@ -182,13 +142,12 @@ def _grey_of_png(data: bytes, path: Path, average_alpha: bool) -> tuple[FloatArr
     return grey, pixels[:, :, 3] == 255
 
 
-def _classify(
-    grey: FloatArray, opaque: npt.NDArray[np.bool_], mode: str, negate: bool, occupied: float, free: float
-) -> npt.NDArray[np.uint8]:
-    if mode == "raw":
+def _classify(grey: FloatArray, opaque: npt.NDArray[np.bool_], settings: _MapFile) -> npt.NDArray[np.uint8]:
+    occupied, free = settings.occupied_thresh, settings.free_thresh
+    if settings.mode == "raw":
         percent = np.round(grey)
         return np.select([percent == 100, percent < 100], [OCCUPIED, FREE], UNKNOWN).astype(np.uint8)
-    p = grey / 255.0 if negate else (255.0 - grey) / 255.0
-    if mode == "trinary":
+    p = grey / 255.0 if settings.negate else (255.0 - grey) / 255.0
+    if settings.mode == "trinary":
         return np.select([p > occupied, p < free], [OCCUPIED, FREE], UNKNOWN).astype(np.uint8)
     return np.select([~opaque, p > occupied], [UNKNOWN, OCCUPIED], FREE).astype(np.uint8)

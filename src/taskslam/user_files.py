@@ -1,0 +1,245 @@
+"""Files that people write: YAML read with bounds, checked against a pydantic model, refused in one sentence.
+
+    study = read_model(path, Study, "study", TrajectoryError)
+    robot = Shipped("robot", "taskslam.robot", "presets", RobotError).load("turtlebot2", Robot)
+
+A sentence names the file, the key and what was expected there; the caller names the error that carries it.
+"""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, is_dataclass
+from importlib import resources
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, NoReturn, TypeVar, Union, get_args, get_origin
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from taskslam.errors import TaskSlamError, did_you_mean
+
+Model = TypeVar("Model", bound=BaseModel)
+
+_LARGEST = 1 << 20  # bytes of a file
+_MOST_VALUES = 1 << 20  # with every alias written out: more than a file without aliases can hold
+_MERGE = "tag:yaml.org,2002:merge"
+
+
+def read_model(path: Path, model: type[Model], what: str, error: type[TaskSlamError]) -> Model:
+    """What a YAML file describes. what: its noun, such as `setup`. Raises `error` naming the file and the key."""
+    return check(model, read_mapping(path, what, error, keys_of(model)), str(path), error)
+
+
+def read_mapping(path: Path, what: str, error: type[TaskSlamError], keys: str) -> dict[str, Any]:
+    """The keys of a YAML file of at most 1 MB. keys: those that are expected, in words.
+
+    Raises `error`: unreadable, too large, not UTF-8, or as `mapping_of` does.
+    """
+    return mapping_of(_text(path, what, error), str(path), error, keys)
+
+
+def mapping_of(text: str, where: str, error: type[TaskSlamError], keys: str) -> dict[str, Any]:
+    """The keys of a YAML text. where, keys: as in the sentence.
+
+    Raises `error`: not YAML, a key given twice, aliases that refer to themselves or multiply beyond all bounds, or
+    something else than keys and values.
+    """
+    content = value_of(text, where, error)
+    if not isinstance(content, dict):
+        found = "a list" if isinstance(content, list) else "empty" if content is None else "a single value"
+        raise error(f"{where}: not keys with values but {found}; expected {keys}")
+    return content
+
+
+def value_of(text: str, where: str, error: type[TaskSlamError]) -> Any:
+    """Any YAML value, such as that of `--set a.b=VALUE`. Raises `error` as `mapping_of` does."""
+    if text.startswith("%YAML"):  # OpenCV writes a directive that is not YAML 1.1
+        text = text.partition("\n")[2]
+    try:
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        if node is None:
+            return None
+        _size(node, {})
+        return loader.construct_document(node)
+    except yaml.MarkedYAMLError as fault:
+        line = f"line {fault.problem_mark.line + 1}: " if fault.problem_mark else ""
+        _refuse(where, line + (fault.problem or fault.context or "broken"), error)
+    except RecursionError:
+        _refuse(where, "nested too deeply", error)
+    # The constructor lets these out for a date without such a day, `!!int ""`, a number of 5000 digits.
+    except (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError) as fault:
+        _refuse(where, str(fault).partition("\n")[0], error)
+
+
+def check(model: type[Model], content: Mapping[str, Any], where: str, error: type[TaskSlamError]) -> Model:
+    """The content as a model. Raises `error` with `where` and the first complaint."""
+    try:
+        return model.model_validate(content)
+    except ValidationError as fault:
+        raise error(f"{where}: {complaint(fault, model)}") from None
+
+
+def complaint(error: ValidationError, model: type[BaseModel] = BaseModel) -> str:
+    """What is wrong, in one sentence with its key; an unknown key that looks like a known one comes first.
+
+    model: whose keys are known.
+    A missing key is told with its field's description, if it has one.
+    """
+    faults = error.errors(include_url=False)
+    guesses = (fault for fault in faults if fault["type"] == "extra_forbidden" and "Did you" in _unknown(model, fault))
+    first = next(guesses, faults[0])
+    key, _ = _follow(model, first["loc"])
+    if first["type"] == "extra_forbidden":
+        return _unknown(model, first)
+    if first["type"] == "missing":
+        *parents, last = first["loc"]
+        if isinstance(last, int):
+            return (
+                f"{'.'.join(map(str, parents))}: expected more than {last} entries (got {reprlib.repr(first['input'])})"
+            )
+        inside = _follow(model, parents)[1]
+        why = inside.model_fields[last].description if inside and last in inside.model_fields else None
+        return f"the key '{key}' is missing" + (f": {why}" if why else "")
+    # A value that may be of several kinds has a fault for each.
+    alike = (fault["msg"] for fault in faults if _follow(model, fault["loc"])[0] == key)
+    wrong = ", or ".join(
+        dict.fromkeys(message.removeprefix("Value error, ").removeprefix("Input ") for message in alike)
+    )
+    got = "" if isinstance(first["input"], dict) else f" (got {reprlib.repr(first['input'])})"
+    return f"{key}: {wrong}{got}" if key else wrong
+
+
+def keys_of(model: type[BaseModel]) -> str:
+    """`the keys a, b, c`."""
+    return f"the keys {', '.join(model.model_fields)}"
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """YAML files in a folder of this package; a user names one of them, or a file of their own.
+
+    what: the noun, such as `scenario`.
+    """
+
+    what: str
+    package: str
+    folder: str
+    error: type[TaskSlamError]
+
+    def names(self) -> list[str]:
+        """Those that ship with the package, sorted."""
+        folder = resources.files(self.package) / self.folder
+        return sorted(Path(file.name).stem for file in folder.iterdir() if file.name.endswith(".yaml"))
+
+    def load(self, reference: str | Path, model: type[Model]) -> Model:
+        """What a shipped name or a .yaml file describes. Raises `error`, with a guess at what was meant."""
+        content, where = self.read(reference, model)
+        return check(model, content, where, self.error)
+
+    def read(self, reference: str | Path, model: type[BaseModel]) -> tuple[dict[str, Any], str]:
+        """The keys as they were written, and where: as in the sentences of errors. Raises `error`."""
+        if Path(reference).suffix in {".yaml", ".yml"}:
+            text, where = _text(Path(reference), self.what, self.error), str(reference)
+        elif str(reference) in (known := self.names()):
+            file = resources.files(self.package) / self.folder / f"{reference}.yaml"
+            text, where = file.read_text(encoding="utf-8"), f"{self.what} {reference}"
+        else:
+            raise self.error(
+                f"{self.what} '{reference}' is neither shipped ({', '.join(known)}) nor a .yaml file."
+                f"{did_you_mean(str(reference), known)}"
+            )
+        return mapping_of(text, where, self.error, keys_of(model)), where
+
+
+def _text(path: Path, what: str, error: type[TaskSlamError]) -> str:
+    try:
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
+        if len(data) <= _LARGEST:
+            return data.decode("utf-8")
+    except UnicodeDecodeError:
+        raise error(f"{path}: cannot read the {what}: not UTF-8 text") from None
+    except (OSError, ValueError) as fault:  # ValueError: a null byte in the path
+        raise error(f"{path}: cannot read the {what}: {getattr(fault, 'strerror', None) or fault}") from fault
+    raise error(f"{path}: larger than 1 MB; expected a YAML file that describes the {what}")
+
+
+def _refuse(where: str, why: str, error: type[TaskSlamError]) -> NoReturn:
+    raise error(f"{where}: not valid YAML: {' '.join(why.split())[:200]}") from None
+
+
+def _size(node: yaml.Node, known: dict[int, int]) -> int:
+    """How many values there are with every alias written out. Raises MarkedYAMLError where it is too many."""
+    size = known.get(id(node))
+    if size is None:
+        known[id(node)] = 0  # under way
+        size = 1 + sum(_size(child, known) for child in _children(node))
+        known[id(node)] = size
+    if not 0 < size <= _MOST_VALUES:
+        problem = "aliases multiply to more than a million values" if size else "an alias refers to what holds it"
+        raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
+    return size
+
+
+def _children(node: yaml.Node) -> list[yaml.Node]:
+    if isinstance(node, yaml.MappingNode):
+        seen = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.tag != _MERGE:
+                if (key.tag, key.value) in seen:
+                    problem = f"the key '{key.value[:60]}' is given twice"
+                    raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+                seen.add((key.tag, key.value))
+        return [part for pair in node.value for part in pair]
+    return node.value if isinstance(node, yaml.SequenceNode) else []
+
+
+def _unknown(model: type[BaseModel], fault: Mapping[str, Any]) -> str:
+    *parents, last = fault["loc"]
+    key, inside = _follow(model, parents)
+    known = list(inside.model_fields) if inside else []
+    listed = f"; expected one of {', '.join(known)}" if known else ""
+    return f"unknown key '{'.'.join(filter(None, (key, str(last))))}'{listed}.{did_you_mean(str(last), known)}"
+
+
+def _follow(model: type[BaseModel], location: Sequence[int | str]) -> tuple[str, type[BaseModel] | None]:
+    """The dotted key at a location of pydantic's, without its names for kinds of values; and the model found there."""
+    keys: list[str] = []
+    kind: Any = model
+    for part in location:
+        kind = _plain(kind)
+        if _is_model(kind):
+            field = kind.model_fields.get(str(part))
+            kind = field.annotation if field else None
+        elif get_origin(kind) is tuple and isinstance(part, int):
+            inner = get_args(kind)
+            kind = inner[0] if inner[-1] is Ellipsis else inner[min(part, len(inner) - 1)]
+        elif get_origin(kind) in (list, dict):
+            kind = get_args(kind)[-1]
+        elif kind is not None and not is_dataclass(kind):
+            continue
+        else:
+            kind = None
+        keys.append(str(part))
+    kind = _plain(kind)
+    return ".".join(keys), kind if _is_model(kind) else None
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _plain(kind: Any) -> Any:
+    """A kind without its annotations and without None; of several, the one that holds others."""
+    while True:
+        if get_origin(kind) is Annotated:
+            kind = get_args(kind)[0]
+        elif get_origin(kind) in (Union, UnionType):
+            kinds = [_plain(each) for each in get_args(kind) if each is not NoneType]
+            return next((each for each in kinds if get_args(each) or _is_model(each)), kinds[0])
+        else:
+            return kind
