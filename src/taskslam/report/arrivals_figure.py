@@ -17,6 +17,7 @@ from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2
 from taskslam.record import GoalTolerance
 from taskslam.report import palette
+from taskslam.report.goal_frame import middle, seen_from_goal
 from taskslam.report.svg import Svg
 from taskslam.report.units import METRIC, TASK, Units, draw_length
 
@@ -90,24 +91,14 @@ class _Panel:
 
 
 def _panel(waypoint: WaypointMetrics, in_map: bool) -> _Panel:
-    T_goal_map = SE2(*waypoint.target).inverse()
-    visits = tuple(
-        (
-            None if visit.truth is None else T_goal_map @ SE2(*visit.truth),
-            None if visit.estimate is None or not in_map else T_goal_map @ SE2(*visit.estimate),
-        )
-        for visit in waypoint.arrivals
-    )
-    mean = (0.0, 0.0)  # a single arrival has no spread to enlarge: its panel is centred on the goal
-    if waypoint.mean_pose is not None and sum(truth is not None for truth, _ in visits) > 1:
-        centre = T_goal_map @ SE2(*waypoint.mean_pose)
-        mean = (centre.x, centre.y)
+    poses = tuple((truth, belief if in_map else None) for _, truth, belief in seen_from_goal(waypoint))
+    mean = middle(waypoint)
     reach = max(
-        (max(abs(pose.x - mean[0]), abs(pose.y - mean[1])) for pair in visits for pose in pair if pose is not None),
+        (max(abs(pose.x - mean[0]), abs(pose.y - mean[1])) for pair in poses for pose in pair if pose is not None),
         default=0.0,
     )
     zoom = next((index for index, (half, _, _) in enumerate(_ZOOMS) if 1.15 * reach <= half), len(_ZOOMS) - 1)
-    return _Panel(waypoint, visits, mean, zoom)
+    return _Panel(waypoint, poses, mean, zoom)
 
 
 def _draw_panel(panel: _Panel, zoom: int, tolerance: float, units: Units, in_map: bool) -> Markup:

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2, wrap_angle
+from taskslam.report.goal_frame import seen_from_goal
 from taskslam.report.views import RunView, ScenarioView
 
 
@@ -50,21 +51,16 @@ def _run(run: RunView, scenario: str) -> dict[str, Any]:
 
 
 def _waypoint(run: RunView, waypoint: WaypointMetrics) -> dict[str, Any]:
-    T_goal_map = SE2(*waypoint.target).inverse()
-    rows: list[list[Any]] = []
-    for visit in waypoint.arrivals:
-        row: list[Any] = [run.metrics.round_name(visit.round)]
-        if visit.truth is None:
-            row += [None, None, None]
-        else:
-            truth = T_goal_map @ SE2(*visit.truth)
-            row += [round(truth.x, 5), round(truth.y, 5), round(wrap_angle(truth.theta), 5)]
-        if visit.estimate is None:
-            row += [None, None]
-        else:
-            belief = T_goal_map @ SE2(*visit.estimate)
-            row += [round(belief.x, 5), round(belief.y, 5)]
-        rows.append([*row, round(visit.t_s, 1)])
+    rows = [
+        [
+            run.metrics.round_name(visit.round),
+            *_place(truth),
+            None if truth is None else round(wrap_angle(truth.theta), 5),
+            *_place(belief),
+            round(visit.t_s, 1),
+        ]
+        for visit, truth, belief in seen_from_goal(waypoint)
+    ]
     return {
         "E": _short(waypoint.position.precision_m),
         "e": _short(waypoint.position.accuracy_m),
@@ -73,6 +69,10 @@ def _waypoint(run: RunView, waypoint: WaypointMetrics) -> dict[str, Any]:
         "rounds": waypoint.rounds,
         "arrivals": rows,
     }
+
+
+def _place(pose: SE2 | None) -> tuple[float, float] | tuple[None, None]:
+    return (None, None) if pose is None else (round(pose.x, 5), round(pose.y, 5))
 
 
 def _short(value: float | None) -> float | None:

@@ -14,6 +14,7 @@ from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.geometry import SE2
 from taskslam.realworld.measured_file import FOLDER, MeasuredFile, load_measured
 from taskslam.record import RunRecord
+from taskslam.report.goal_frame import seen_from_goal
 from taskslam.report.svg import Svg
 
 _SIDE = 168.0
@@ -79,8 +80,7 @@ def overlay_figure(waypoint: WaypointMetrics, diameter: float) -> Markup:
 
     The goal's heading points up; without a place in `map` that is the mean heading.
     """
-    T_goal_map = SE2(*waypoint.target).inverse()
-    poses = [T_goal_map @ SE2(*visit.truth) for visit in waypoint.arrivals if visit.truth is not None]
+    poses = [truth for _, truth, _ in seen_from_goal(waypoint) if truth is not None]
     svg = Svg(_SIDE, _SIDE, f"All arrivals at waypoint {waypoint.goal + 1}, robots of {100 * diameter:g} cm")
     svg.add("rect", width=_SIDE, height=_SIDE, rx=6, fill=_FLOOR)
     if not poses:

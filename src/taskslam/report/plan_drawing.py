@@ -15,13 +15,13 @@ from PIL import Image
 
 from taskslam.geometry import SE2, FloatArray, transform_points
 from taskslam.report import palette
+from taskslam.report.floor import extent
 from taskslam.report.svg import Svg
 from taskslam.world import FloorPlan
-from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN
+from taskslam.world.floor_plan import FREE, OCCUPIED
 
 _WIDTH, _HEIGHT = 1000.0, 1100.0  # the most that the drawing may take
 _FOOT = 34.0  # below the plan, for the scale bar
-_MARGIN = 0.6  # m around what is drawn
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,7 @@ class PlanView:
 
 def plan_view(plan: FloorPlan | None, points: Iterable[FloatArray]) -> PlanView:
     """The view that shows the known floor and all of these (N, 2) points in `map`, with a margin."""
-    everything = [array[:, :2] for array in points]
-    if plan is not None:
-        rows, columns = np.nonzero(plan.cells != UNKNOWN)
-        if len(rows):
-            box = [(r, c) for r in (rows.min(), rows.max() + 1) for c in (columns.min(), columns.max() + 1)]
-            everything.append(plan.points_of(np.array(box, dtype=np.int64)))
-    joined = np.concatenate(everything)
-    low, high = joined.min(axis=0) - _MARGIN, joined.max(axis=0) + _MARGIN
+    low, high = extent(plan, points)
     size = high - low
     scale = float(min(_WIDTH / size[0], _HEIGHT / size[1]))
     return PlanView(float(low[0]), float(high[1]), scale, float(size[0]) * scale, float(size[1]) * scale)

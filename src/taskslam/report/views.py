@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from markupsafe import Markup
 
-from taskslam.errors import FloorPlanError, RecordError
+from taskslam.errors import RecordError
 from taskslam.evaluation import WaypointMetrics
 from taskslam.evaluation.pooled import pooled_precisions
 from taskslam.geometry import SE2
@@ -19,13 +18,13 @@ from taskslam.report.curve_figure import Curve, curve_figure, enlarged_limit
 from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
 from taskslam.report.failure_marks import FailurePlace
 from taskslam.report.failures import FailureView, failure_views
+from taskslam.report.floor import floor_plan
 from taskslam.report.photos import MeasuredView, measured_view
 from taskslam.report.results import MODES, MethodResult, Run
 from taskslam.report.tour_figure import tour_figure
 from taskslam.report.tracks import Tracks
 from taskslam.report.waypoints_figure import waypoints_figure
 from taskslam.world import FloorPlan
-from taskslam.world.map_server import load_floor_plan
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ def run_view(anchor: str, run: Run) -> RunView:
     record, metrics, units = run.record, run.metrics, run.units
     limit = bar_limit(metrics)
     tolerance = run.manifest.goal_tolerance
-    plan = _floor_plan(record.directory)
+    plan = floor_plan(record.directory)
     tracks = Tracks(record)
     tour = tour_figure(record, metrics, plan, tracks)
     failures = failure_views(record, metrics, plan, tracks)
@@ -202,11 +201,3 @@ def _failure_places(failures: Sequence[tuple[RunView, FailureView]]) -> list[Fai
         for number, (run, view) in enumerate(failures, start=1)
         if view.failure.truth is not None
     ]
-
-
-def _floor_plan(directory: Path) -> FloorPlan | None:
-    """The run's own copy of the floor plan; a run without a readable one is drawn on white."""
-    try:
-        return load_floor_plan(directory / "plan.yaml")
-    except FloorPlanError:
-        return None

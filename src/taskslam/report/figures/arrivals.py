@@ -24,6 +24,7 @@ from taskslam.record import GoalTolerance
 from taskslam.report import palette, words
 from taskslam.report.figures.lettering import draw_title
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, new_figure, printed
+from taskslam.report.goal_frame import middle, seen_from_goal
 
 _SIDE, _FOOT, _GAP, _TOP, _EDGE = 1.06, 0.42, 0.09, 0.36, 0.03  # in: a panel, the strip below it, between, above, edge
 _INSET = 0.38  # in
@@ -72,14 +73,8 @@ def arrivals_figure(
 
 
 def _panel(waypoint: WaypointMetrics) -> _Panel:
-    T_goal_map = SE2(*waypoint.target).inverse()
-    truths = tuple(
-        (visit.round, T_goal_map @ SE2(*visit.truth)) for visit in waypoint.arrivals if visit.truth is not None
-    )
-    mean = (0.0, 0.0)  # one arrival has no spread to enlarge: its panel is centred on the goal
-    if len(truths) > 1 and waypoint.mean_pose is not None:
-        centre = T_goal_map @ SE2(*waypoint.mean_pose)
-        mean = (centre.x, centre.y)
+    truths = tuple((visit.round, truth) for visit, truth, _ in seen_from_goal(waypoint) if truth is not None)
+    mean = middle(waypoint)
     reach = max((math.hypot(pose.x - mean[0], pose.y - mean[1]) for _, pose in truths), default=0.0)
     return _Panel(waypoint, truths, mean, _zoom(reach))
 

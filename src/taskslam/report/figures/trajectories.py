@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import Affine2D
 
-from taskslam.errors import FloorPlanError, RecordError
 from taskslam.evaluation import RunMetrics
 from taskslam.evaluation.metrics_file import PoseRow
 from taskslam.geometry import FloatArray
@@ -22,13 +20,13 @@ from taskslam.report import palette
 from taskslam.report.figures.lettering import draw_title
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, new_figure, printed
 from taskslam.report.figures.tags import add_tags
+from taskslam.report.floor import extent, floor_plan
 from taskslam.report.simplify import simplified
+from taskslam.report.tracks import Tracks
 from taskslam.world import FloorPlan
-from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN
-from taskslam.world.map_server import load_floor_plan
+from taskslam.world.floor_plan import FREE, OCCUPIED
 
 _HEAD, _FOOT, _TALLEST = 0.32, 0.2, 6.5  # in: above and below the plan, and the most that it may take
-_MARGIN = 0.5  # m around what is drawn
 _TOLERANCE = 0.15  # pt: what leaving points out may move a line by
 _TRUTH: dict[str, Any] = {"color": palette.TRUTH, "linewidth": 0.7, "alpha": 0.75}
 _PRIMING: dict[str, Any] = {"color": palette.MUTED, "linewidth": 0.7, "dashes": (3, 2)}
@@ -38,10 +36,10 @@ _TICK = 7.0  # pt: from a waypoint's middle ahead
 @printed
 def trajectory_figure(record: RunRecord, metrics: RunMetrics, title: str, width: Width) -> Figure:
     """Draw one run; without a floor plan on white, and a round without a recorded truth not at all."""
-    plan = _floor_plan(record.directory)
-    tracks = [(start.priming, _truth(record, start.round)) for start in record.rounds()]
+    plan, recorded = floor_plan(record.directory), Tracks(record)
+    tracks = [(start.priming, recorded.get(start.round, "truth").poses) for start in record.rounds()]
     goals = np.array([waypoint.target[:2] for waypoint in metrics.waypoints])
-    low, high = _bounds(plan, [goals, *(poses[:, :2] for _, poses in tracks)])
+    low, high = extent(plan, [goals, *(poses for _, poses in tracks)])
     size = high - low
     inches = WIDTHS[width]
     scale = min(inches / size[0], _TALLEST / size[1])  # inches a metre
@@ -136,31 +134,3 @@ def _ahead(pose: PoseRow, distance: float) -> tuple[float, float]:
     """A point so many metres ahead of a pose."""
     x, y, theta = pose
     return x + distance * math.cos(theta), y + distance * math.sin(theta)
-
-
-def _truth(record: RunRecord, number: int) -> FloatArray:
-    """(N, 3) true poses of a round; none if they were not recorded or their file is damaged."""
-    try:
-        return record.trajectory(number, "truth").poses
-    except RecordError:
-        return np.empty((0, 3))
-
-
-def _floor_plan(directory: Path) -> FloorPlan | None:
-    """The run's own copy of the floor plan."""
-    try:
-        return load_floor_plan(directory / "plan.yaml")
-    except FloorPlanError:
-        return None
-
-
-def _bounds(plan: FloorPlan | None, points: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper corner in `map` of the known floor and of all points, with a margin."""
-    everything = list(points)
-    if plan is not None:
-        known = np.argwhere(plan.cells != UNKNOWN)
-        if len(known):
-            (r0, c0), (r1, c1) = known.min(axis=0), known.max(axis=0) + 1
-            everything.append(plan.points_of(np.array([[r0, c0], [r0, c1], [r1, c0], [r1, c1]], dtype=np.int64)))
-    joined = np.concatenate(everything)
-    return joined.min(axis=0) - _MARGIN, joined.max(axis=0) + _MARGIN
