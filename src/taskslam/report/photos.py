@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.geometry import SE2
-from taskslam.realworld.measured_file import FOLDER, MeasuredFile, load_measured
+from taskslam.realworld.measured_file import FOLDER, ArrivalRow, MeasuredFile, load_measured
 from taskslam.record import RunRecord
 from taskslam.report.goal_frame import seen_from_goal
 from taskslam.report.svg import Svg
@@ -60,19 +60,22 @@ def measured_view(record: RunRecord, metrics: RunMetrics) -> MeasuredView | None
     rows = []
     for waypoint in metrics.waypoints:
         own = [row for row in file.arrivals if row.goal == waypoint.goal and not row.priming]
-        photos = tuple(
-            Photo(
-                source=_data_uri(record.directory / FOLDER, row.picture),
-                caption=metrics.round_name(row.round).capitalize(),
-                verdict=row.verdict,
-                note=row.reason or _sureness(row.sd, row.frames),
-            )
-            for row in own
-        )
+        photos = tuple(_photo(row, record.directory / FOLDER, metrics) for row in own)
         if photos:
             drawn = overlay_figure(waypoint, record.manifest.robot_diameter)
             rows.append(PhotoRow(waypoint.goal, waypoint.unjudged, drawn, photos))
     return MeasuredView(file, tuple(rows))
+
+
+def _photo(row: ArrivalRow, folder: Path, metrics: RunMetrics) -> Photo:
+    source = _data_uri(folder, row.picture)
+    lost = "its picture is missing or damaged" if row.picture and not source else ""
+    return Photo(
+        source=source,
+        caption=metrics.round_name(row.round).capitalize(),
+        verdict=row.verdict,
+        note="; ".join(filter(None, (row.reason or _sureness(row.sd, row.frames), lost))),
+    )
 
 
 def overlay_figure(waypoint: WaypointMetrics, diameter: float) -> Markup:
@@ -116,7 +119,7 @@ def _sureness(sd: tuple[float, float, float] | None, frames: int) -> str:
 
 
 def _data_uri(folder: Path, name: str | None) -> str:
-    """A kept picture inside the page; nothing if it is gone, strange or large."""
+    """A kept picture inside the page; nothing if it is gone, strange, cut off or large."""
     if name is None or Path(name).name != name:
         return ""
     try:
@@ -124,6 +127,6 @@ def _data_uri(folder: Path, name: str | None) -> str:
             content = file.read(_LARGEST + 1)
     except OSError:
         return ""
-    if len(content) > _LARGEST or not content.startswith(b"\xff\xd8"):
+    if len(content) > _LARGEST or (content[:2], content[-2:]) != (b"\xff\xd8", b"\xff\xd9"):  # a JPEG's two ends
         return ""
     return "data:image/jpeg;base64," + base64.b64encode(content).decode("ascii")
