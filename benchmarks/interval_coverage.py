@@ -2,8 +2,8 @@
 
 Prints, for several ways in which arrivals can scatter, the share of 95 % intervals that hold the true value: the
 two-way jackknife that the project uses, beside the percentile bootstrap over rounds and waypoints that it does not use,
-as it comes and with the shrinkage of repeated rounds put right. Then the same for completeness, and how often two
-methods that are alike are called different.
+as it comes and with the shrinkage of repeated rounds put right. Then with arrivals that the measurement lost, the same
+for completeness, and how often two methods that are alike are called different.
 
     python benchmarks/interval_coverage.py [--trials 1000]
 """
@@ -133,6 +133,45 @@ def means_table(trials: int, random: np.random.Generator) -> None:
             print(f"{model.__name__:16} {M:3} {N:3} {cells} {np.exp(np.mean(logs)):6.1f}", flush=True)
 
 
+def lost_table(trials: int, random: np.random.Generator) -> None:
+    print(
+        "\nThe same with arrivals lost at random: share of 95 % intervals that hold the true mean, in %, and the mean"
+    )
+    print("of E over the truth. A waypoint of which fewer than two arrivals are left is not judged.\n")
+    heads = "".join(f"{name:>7}" for name in ("E", "here", "e", "Delta", "ratio", "wide"))
+    print(f"{'scatter':16} {'M':>3} {'N':>3} {'lost':>5}{heads}")
+    for M, N in ((3, 12), (5, 12), (10, 12), (5, 64)):
+        for share in (0.0, 0.05, 0.2):
+            for model in MODELS:
+                print(f"{model.__name__:16} {M:3} {N:3} {share:5.0%}{_lost_row(model, random, trials, M, N, share)}")
+
+
+def _lost_row(model: Model, random: np.random.Generator, trials: int, M: int, N: int, share: float) -> str:
+    many, scale = arrivals(model, random, 4000, M, N)
+    unit = float((intervals.mean_distance(many[..., :2]) / scale).mean())
+    e = float(np.linalg.norm(many[..., :2], axis=-1).mean())
+    Delta = float(np.abs(many[..., 2] - many[..., 2].mean(axis=1, keepdims=True)).mean())
+    hits, logs, ratios, judged = np.zeros(4), [], [], 0
+    for driven, scatter in zip(*arrivals(model, random, trials, M, N), strict=True):
+        driven[random.random((M, N)) < share] = np.nan
+        left = (~np.isnan(driven[..., 0])).sum(axis=0) >= 2
+        visits, own = driven[:, left], scatter[left]
+        found = uncertainty([sample(visits)])
+        if found.precision_m is None:
+            continue
+        judged += 1
+        hits += [
+            held(found.precision_m, unit * np.exp(UNEQUAL**2 / 2)),
+            held(found.precision_here_m, unit * own.mean()),
+            held(found.accuracy_m, e),
+            held(found.precision_rad, Delta),
+        ]
+        ratios.append(float(intervals.mean_distance(visits[..., :2]).mean()) / unit / np.exp(UNEQUAL**2 / 2))
+        logs.append(np.log(found.precision_m.high / found.precision_m.low))
+    cells = " ".join(f"{100 * hit / judged:6.1f}" for hit in hits)
+    return f" {cells} {np.mean(ratios):6.3f} {np.exp(np.mean(logs)):6.1f}"
+
+
 def completeness_table(trials: int, random: np.random.Generator) -> None:
     print("\nCompleteness of 12 waypoints in 5 rounds; a failure ends its round. Share of 95 % intervals that hold its")
     print("expectation, and of Wilson's interval for 12 independent waypoints.\n")
@@ -224,5 +263,6 @@ if __name__ == "__main__":
     trials = parser.parse_args().trials
     random = np.random.default_rng(0)
     means_table(trials, random)
+    lost_table(trials, np.random.default_rng(1))
     completeness_table(trials, random)
     comparison_table(max(trials // 4, 1), random)

@@ -77,5 +77,31 @@ def test_a_camera_that_was_dead_decides_nothing(strayed: Path, tmp_path: Path) -
     shutil.copytree(strayed, folder)
     for path in pictures(folder, *STRAY):
         path.unlink()
-    _, said = measured(folder, tmp_path / "out")
+    metrics, said = measured(folder, tmp_path / "out")
     assert "ambiguous: camera corridor took no image during the pause; the nearest, " in said[STRAY]
+    waypoint = metrics.waypoints[11]  # judged on the two rounds that were measured
+    assert (waypoint.complete, waypoint.unjudged, waypoint.visits, waypoint.rounds) == (True, None, 2, 2)
+
+
+def test_a_camera_that_was_dead_twice_of_three_times_leaves_nothing_to_judge(strayed: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "lab"
+    shutil.copytree(strayed, folder)
+    for number in (1, 2):
+        for path in pictures(folder, number, 11):
+            path.unlink()
+    metrics, _ = measured(folder, tmp_path / "out")
+    reason = metrics.waypoints[11].unjudged
+    assert reason is not None
+    assert reason.startswith("1 of 3 rounds measured; round 2 is ambiguous: camera corridor took no image")
+
+
+def test_a_camera_that_died_hides_no_absence(strayed: Path, tmp_path: Path) -> None:
+    """The robot was elsewhere in round 3; that the camera was off in rounds 1 and 2 does not excuse it."""
+    folder = tmp_path / "lab"
+    shutil.copytree(strayed, folder)
+    for number in (0, 1):
+        for path in pictures(folder, number, 11):
+            path.unlink()
+    metrics, _ = measured(folder, tmp_path / "out")
+    waypoint = metrics.waypoints[11]
+    assert (waypoint.complete, waypoint.unjudged, waypoint.visits, waypoint.rounds) == (False, None, 0, 1)

@@ -11,6 +11,7 @@ from scipy.special import stdtr, stdtrit
 
 from taskslam.evaluation import intervals
 from taskslam.evaluation.metrics_file import Interval, RunMetrics
+from taskslam.evaluation.missing import column_mean, filled, known_rounds
 from taskslam.evaluation.permutation import exchange_rounds, flip_signs
 from taskslam.evaluation.uncertainty import complete_visits
 from taskslam.geometry import FloatArray
@@ -30,7 +31,7 @@ SMALLEST = 1e-6
 
 @dataclass(frozen=True)
 class Side:
-    """One run at some of its waypoints. visits: (M, N, 3), targets: (N, 3).
+    """One run at some of its waypoints. visits: (M, N, 3), NaN where the measurement lost one; targets: (N, 3).
 
     values: (N,) E or e in metres; logs: their logarithms, E freed of the bias of few rounds; variance: of the mean of
     the logs, due to the rounds; None below three rounds.
@@ -145,13 +146,15 @@ def _side(run: RunMetrics, goals: Sequence[int], metric: str) -> Side | None:
         without = intervals.without_each_round(visits[..., :2]) / bias if M > 2 else None
     else:
         distances, bias = _distances(visits, targets), 1.0
-        values = distances.sum(axis=0) / M
-        without = (distances.sum(axis=0) - distances) / (M - 1)
+        known, total = known_rounds(distances, axis=0), np.nansum(distances, axis=0)
+        values = total / known
+        without = (total - distances) / (known - 1)
     logs = _log(values / bias)
     if without is None or M < 3:
         return Side(visits, targets, values, logs, None)
-    variance = intervals.two_way_variance([intervals.pseudo_values(logs, _log(without))])
-    return Side(visits, targets, values, logs, float(variance.rounds))
+    table = filled(intervals.pseudo_values(logs, _log(without)))
+    variance = None if table is None else float(intervals.two_way_variance([table]).rounds)
+    return Side(visits, targets, values, logs, variance)
 
 
 def _permutation(pairs: Sequence[tuple[Side, Side]], metric: str, seed: str) -> tuple[float, float]:
@@ -166,16 +169,20 @@ def _permutation(pairs: Sequence[tuple[Side, Side]], metric: str, seed: str) -> 
 
 def _centred(side: Side) -> FloatArray:
     """(M, N, 2) positions about their means: two methods alike in scatter may stop at different places."""
-    return np.asarray((side.visits - side.visits.mean(axis=0))[..., :2])
+    return np.asarray((side.visits - column_mean(side.visits, axis=0))[..., :2])
+
+
+# Dealt to a method by chance, a waypoint may be left with too few visits. It says nothing then: a log ratio of 0.
 
 
 def _log_ratio_of_spreads(a: FloatArray, b: FloatArray) -> FloatArray:
     own = [_log(intervals.mean_distance(side) / intervals.precision_bias(side.shape[1])) for side in (a, b)]
-    return np.asarray((own[0] - own[1]).sum(axis=-1))
+    return np.asarray(np.nansum(own[0] - own[1], axis=-1))
 
 
 def _log_ratio_of_means(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray((_log(a.mean(axis=1)) - _log(b.mean(axis=1))).sum(axis=-1))
+    means = [column_mean(side, axis=1)[:, 0] for side in (a, b)]
+    return np.asarray(np.nansum(_log(means[0]) - _log(means[1]), axis=-1))
 
 
 def _distances(visits: FloatArray, targets: FloatArray) -> FloatArray:

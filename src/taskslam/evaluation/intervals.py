@@ -11,6 +11,9 @@ and its noise is proportional to it. E is no mean over rounds: a distance to a m
 table holds jackknife pseudo-values, M E_i - (M - 1) E_i without round j, where the second is brought to M rounds by the
 factor of `precision_bias`.
 
+A visit that the measurement lost is a row of NaN: missing data (`missing.py`). A waypoint of which m of the M rounds
+were measured has its E from these, brought to M rounds by the same factor, and m pseudo-values in its column.
+
 Why no bootstrap: a resample of 5 rounds from 5 repeats rounds, which shrinks the scatter that it is to measure. Its
 percentile interval holds 80 to 87 % where 95 % are meant; the one here 94 to 96 % (`benchmarks/interval_coverage.py`).
 """
@@ -25,6 +28,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
+from taskslam.evaluation.missing import circular_mean, column_mean, known_rounds
 from taskslam.geometry import FloatArray, wrap
 
 LEVEL = 0.95
@@ -61,7 +65,7 @@ def two_way_variance(tables: Sequence[FloatArray]) -> Variance:
 
     Rounds are independent between runs, so their parts add up, each with the square of the run's share of waypoints.
     With one waypoint in all, the waypoints' part is not known and left out. Raises ValueError for a table of fewer
-    than two rounds or without a waypoint.
+    than two rounds or without a waypoint. No table holds NaN: `missing.filled` sees to that.
     """
     if not tables or any(table.ndim < 2 or table.shape[-2] < 2 or not table.shape[-1] for table in tables):
         raise ValueError("expected tables of at least two rounds and one waypoint")
@@ -107,22 +111,40 @@ def heading_table(headings: FloatArray) -> FloatArray:
 
     Deviations of a few degrees from the circular mean add like lengths, so they are treated as such.
     """
-    line = wrap(headings - np.arctan2(np.sin(headings).sum(axis=0), np.cos(headings).sum(axis=0)))[..., None]
+    line = wrap(headings - circular_mean(headings))[..., None]
     return pseudo_values(mean_distance(line), without_each_round(line))
 
 
 def mean_distance(positions: FloatArray) -> FloatArray:
-    """(..., N) mean distance to the mean, E, of (..., M, N, D) positions."""
+    """(..., N) mean distance to the mean, E, of (..., M, N, D) positions; NaN below two visits.
+
+    Of fewer than M visits it is brought to M: times `precision_bias(M)` over that of as many as there are.
+    """
     rounds = positions.shape[-3]
+    if np.isnan(positions).any():
+        return _mean_distance_of_known(positions)
     offsets = positions - positions.sum(axis=-3, keepdims=True) / rounds
     return np.asarray(np.sqrt((offsets**2).sum(axis=-1)).sum(axis=-2) / rounds)
 
 
+def _mean_distance_of_known(positions: FloatArray) -> FloatArray:
+    visits = known_rounds(positions[..., 0], axis=-2)
+    offsets = positions - column_mean(positions, axis=-3)
+    with np.errstate(divide="ignore", invalid="ignore"):  # without a visit 0 / 0, with one no scatter
+        E = np.nansum(np.sqrt((offsets**2).sum(axis=-1)), axis=-2) / visits
+        brought = np.sqrt((1 - 1 / positions.shape[-3]) / (1 - 1 / visits))
+        return np.asarray(np.where(visits > 1, E * np.where(visits < positions.shape[-3], brought, 1.0), np.nan))
+
+
 def without_each_round(positions: FloatArray) -> FloatArray:
-    """(M, N) E without round j, brought to M rounds, of (M, N, D) positions."""
+    """(M, N) E without round j, brought to M rounds, of (M, N, D) positions; NaN where round j has no visit."""
     M = len(positions)
     if M < 3:
         raise ValueError(f"{M} rounds leave no scatter when one is taken out; expected at least 3")
+    if np.isnan(positions).any():
+        fewer = np.repeat(positions[None], M, axis=0)
+        fewer[np.arange(M), np.arange(M)] = np.nan
+        return np.where(np.isnan(positions[..., 0]), np.nan, _mean_distance_of_known(fewer))
     means = (positions.sum(axis=0) - positions) / (M - 1)
     distances = np.sqrt(((positions[None] - means[:, None]) ** 2).sum(axis=-1))
     distances[np.arange(M), np.arange(M)] = 0.0
@@ -158,6 +180,9 @@ def rounds_to_halve(rounds: int, level: float = LEVEL) -> int:
 
 
 def pseudo_values(whole: FloatArray, without: FloatArray) -> FloatArray:
-    """(M, N) jackknife pseudo-values of (N,) values, from the (M, N) values without each round."""
-    M = len(without)
+    """(M, N) jackknife pseudo-values of (N,) values, from the (M, N) values without each round; NaN stays NaN.
+
+    M is the number of values in the column: of a waypoint with m visits, m x_i - (m - 1) x_i without round j.
+    """
+    M = known_rounds(without, axis=0)
     return np.asarray(M * whole - (M - 1) * without)

@@ -76,7 +76,10 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WaypointMetrics:
-    """One waypoint, by its index in the sequence. rounds: M; visits: rounds that reached it.
+    """One waypoint, by its index in the sequence.
+
+    rounds: M, less those in which the measurement lost it; visits: rounds of these that reached it. Of fewer than M
+    rounds, E, its RMS and Delta are brought to M (docs/metrics.md).
 
     unjudged: why it leaves all denominators, such as that no camera watched it; null where it counts.
     """

@@ -2,7 +2,8 @@
 
 Which rounds count: all but the priming round, which is excluded exactly once, by its own mark in the journal
 (protocol D0.3, 7.3 #4). Arrivals are keyed by goal index, never by the order of visiting (5.9 e). M is the number of
-rounds planned, so a round that never began counts as missed (7.3 #17).
+rounds planned, so a round that never began counts as missed (7.3 #17). An arrival whose pose the measurement of a real
+robot lost is missing data (`missing.py`): its waypoint is judged on the rounds that are left, if they are two.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from taskslam.errors import RecordError
 from taskslam.evaluation import curves, waypoints
 from taskslam.evaluation.completeness import completeness, is_complete
 from taskslam.evaluation.errors import PoseError, control_error, estimation_error
+from taskslam.evaluation.intervals import precision_bias
 from taskslam.evaluation.iso9283 import iso9283
 from taskslam.evaluation.metrics_file import (
     ErrorShare,
@@ -75,7 +77,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         rounds=planned_rounds,
         with_map=manifest.mode == "with-map",
         on_failure=_on_failure(manifest.scenario),
-        driven=sum(summary.reached for summary in rounds) + len(failures),
+        driven=sum(summary.reached for summary in rounds) + len(failures) - _legs_lost(per_waypoint, planned_rounds),
         failed=len(failures),
     )
     return RunMetrics(
@@ -192,18 +194,23 @@ def _waypoints(
     rounds: int,
     deviations: Deviations,
 ) -> tuple[tuple[WaypointMetrics, ...], FloatArray | None]:
-    """Metrics of every waypoint, and (M, N, 3) true poses at the complete ones; None if one was not measured."""
+    """Metrics of every waypoint, and (M, N, 3) true poses at the complete ones.
+
+    NaN where the measurement lost one; None if one is not known for another reason.
+    """
     table = [[arrivals.get((goal, number)) for number in counted] for goal in range(len(manifest.goals))]
+    lost = [_lost(manifest, row) if goal not in manifest.unjudged else 0 for goal, row in enumerate(table)]
     truths, estimates = _poses(table, "truth"), _poses(table, "estimate")
     targets = np.array([(target.x, target.y, target.theta) for target in manifest.goals])
     # Poses in frames of their own say nothing about a goal or an estimate in `map`.
     unknown = manifest.truth_frame == "waypoint"
     goals, in_map = (np.full_like(poses, np.nan) if unknown else poses for poses in (targets, truths))
+    brought = np.array([_to_planned_rounds(rounds, rounds - count) for count in lost])
     columns = {
-        "E": waypoints.position_precision(truths),
+        "E": waypoints.position_precision(truths) * brought,
         "e": waypoints.position_accuracy(truths, goals),
-        "rms": waypoints.position_precision_rms(truths),
-        "Delta": waypoints.orientation_precision(truths, deviations),
+        "rms": waypoints.position_precision_rms(truths) * brought,
+        "Delta": waypoints.orientation_precision(truths, deviations) * brought,
         "delta": waypoints.orientation_accuracy(truths, goals, deviations),
     }
     iso = iso9283(truths, goals)
@@ -223,13 +230,14 @@ def _waypoints(
     found = []
     for goal, row in enumerate(table):
         visits = tuple(_visit(arrival) for arrival in row if arrival is not None)
+        measured, of = len(visits) - lost[goal], rounds - lost[goal]
         found.append(
             WaypointMetrics(
                 goal=goal,
                 target=tuple(targets[goal].tolist()),
-                visits=len(visits),
-                rounds=rounds,
-                complete=is_complete(len(visits), rounds) and goal not in manifest.unjudged,
+                visits=measured,
+                rounds=of,
+                complete=is_complete(measured, of) and goal not in manifest.unjudged,
                 position=Position(precision_m=numbers["E"][goal], accuracy_m=numbers["e"][goal]),
                 precision_rms_m=numbers["rms"][goal],
                 orientation=Orientation(precision_rad=numbers["Delta"][goal], accuracy_rad=numbers["delta"][goal]),
@@ -241,8 +249,27 @@ def _waypoints(
                 unjudged=manifest.unjudged.get(goal),
             )
         )
-    complete = truths[[waypoint.complete for waypoint in found]]
-    return tuple(found), None if np.isnan(complete).any() else complete.transpose(1, 0, 2)
+    complete = [waypoint.complete for waypoint in found]
+    unknown_poses = np.isnan(truths[complete, :, 0]).sum(axis=1)
+    whole = unknown_poses.tolist() == [count for count, done in zip(lost, complete, strict=True) if done]
+    return tuple(found), truths[complete].transpose(1, 0, 2) if whole else None
+
+
+def _lost(manifest: Manifest, row: Sequence[Arrival | None]) -> int:
+    """Arrivals of one waypoint that the measurement lost: the robot said that it stood there, and no image decides."""
+    if manifest.source != "measured":
+        return 0  # a run without any truth was not measured
+    return sum(arrival is not None and arrival.truth is None for arrival in row)
+
+
+def _to_planned_rounds(planned: int, left: int) -> float:
+    """By what a scatter about the mean of `left` rounds is multiplied to compare with that of M: both fall short."""
+    return precision_bias(planned) / precision_bias(left) if 2 <= left < planned else 1.0
+
+
+def _legs_lost(found: Sequence[WaypointMetrics], rounds: int) -> int:
+    """Legs of which nobody knows how they ended."""
+    return sum(rounds - waypoint.rounds for waypoint in found)
 
 
 def _on_failure(scenario: Mapping[str, Any]) -> str:

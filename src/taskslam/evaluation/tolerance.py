@@ -3,7 +3,7 @@
 A task that was taught where the robot stands on average (a gripper, a charging plug) succeeds if the robot stands
 within x metres and y radians of that pose. So success(x, y) is the share of planned arrivals, N waypoints times M
 rounds, within both of their waypoint's mean pose. An arrival that was missed is a failure, and so is the only arrival
-at a waypoint: it has no mean but itself.
+at a waypoint: it has no mean but itself. One that the measurement lost is neither: it is not among the planned ones.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ from taskslam.geometry import FloatArray, wrap
 
 @dataclass(frozen=True)
 class ArrivalSpread:
-    """Of each arrival that has a mean to be compared with: (A,) metres and (A,) radians. planned: N M over all runs."""
+    """Of each arrival that has a mean to be compared with: (A,) metres and (A,) radians.
+
+    planned: N M over all runs, less what the measurement lost.
+    """
 
     distances: FloatArray
     angles: FloatArray
@@ -40,7 +43,7 @@ def arrival_spread(runs: Sequence[RunMetrics], missing: int = 0) -> ArrivalSprea
             if len(truths) > 1 and waypoint.mean_pose is not None and waypoint.unjudged is None:
                 rows.append(np.array(truths) - waypoint.mean_pose)
     table = np.concatenate(rows) if rows else np.empty((0, 3))
-    planned = sum(run.planned_waypoints * run.rounds for run in runs) + missing
+    planned = sum(w.rounds for run in runs for w in run.waypoints if w.unjudged is None) + missing
     return ArrivalSpread(np.hypot(table[:, 0], table[:, 1]), np.abs(wrap(table[:, 2])), planned)
 
 

@@ -12,15 +12,18 @@ from taskslam.evaluation import intervals
 from taskslam.evaluation.completeness import expected_completeness, failure_chance
 from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.metrics_file import Interval, Legs, RunMetrics, Uncertainty
+from taskslam.evaluation.missing import filled
 from taskslam.geometry import FloatArray, wrap
+
+_LOST = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
 class Sample:
     """What one run contributes. visits: (M, N, 3) true poses at its complete waypoints, goals: (N, 3).
 
-    visits is None if one of these poses was not measured, goals if true poses have no place in their frame. driven,
-    failed: legs, those of the priming round included.
+    visits is NaN where the measurement lost one, None if one is not known for another reason; goals is None if true
+    poses have no place in their frame. driven, failed: legs, those of the priming round included.
     """
 
     visits: FloatArray | None
@@ -55,13 +58,15 @@ def sample_of(run: RunMetrics) -> Sample:
 def complete_visits(run: RunMetrics, goals: Sequence[int] | None = None) -> FloatArray | None:
     """(M, N, 3) true poses of a run at its complete waypoints, or at those of the given goal indices.
 
-    None if one of the poses was not measured. Rounds in their order.
+    NaN where the measurement lost one; None if one is not known for another reason. Rounds in their order.
     """
     wanted = [run.waypoints[goal] for goal in goals] if goals is not None else [w for w in run.waypoints if w.complete]
     rows = [[visit.truth for visit in waypoint.arrivals] for waypoint in wanted]
-    if any(len(row) != run.rounds or None in row for row in rows):
-        return None
-    return np.array(rows, dtype=np.float64).reshape(len(rows), run.rounds, 3).transpose(1, 0, 2)
+    for waypoint, row in zip(wanted, rows, strict=True):
+        if len(row) != run.rounds or sum(truth is not None for truth in row) != waypoint.rounds:
+            return None
+    poses = [[truth or _LOST for truth in row] for row in rows]
+    return np.array(poses, dtype=np.float64).reshape(len(rows), run.rounds, 3).transpose(1, 0, 2)
 
 
 def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = intervals.LEVEL) -> Uncertainty:
@@ -104,7 +109,11 @@ Ends = tuple[float, float]
 def _spread(visits: Sequence[FloatArray], level: float) -> tuple[dict[str, Ends], list[FloatArray]]:
     """E over rounds and waypoints (`total`) and over rounds (`here`), and Delta (`heading`); E of every waypoint."""
     E = [intervals.mean_distance(v[..., :2]) for v in visits]
-    tables = [np.stack([intervals.precision_table(v[..., :2]), intervals.heading_table(v[..., 2])]) for v in visits]
+    tables = _filled(
+        [np.stack([intervals.precision_table(v[..., :2]), intervals.heading_table(v[..., 2])]) for v in visits]
+    )
+    if not tables:
+        return {}, E
     variance = intervals.two_way_variance(tables)
     means = np.array([_mean_of(E), _mean_of([table[1] for table in tables])])
     total = intervals.log_half_width(means, variance.total, variance.total_freedom, level)
@@ -116,11 +125,16 @@ def _spread(visits: Sequence[FloatArray], level: float) -> tuple[dict[str, Ends]
 def _distance(visits: Sequence[FloatArray], goals: Sequence[FloatArray], level: float) -> dict[str, Ends]:
     """Accuracy in `position`, e, and in `heading`, delta."""
     offsets = [v - g for v, g in zip(visits, goals, strict=True)]
-    tables = [np.stack([np.hypot(o[..., 0], o[..., 1]), np.abs(wrap(o[..., 2]))]) for o in offsets]
+    tables = _filled([np.stack([np.hypot(o[..., 0], o[..., 1]), np.abs(wrap(o[..., 2]))]) for o in offsets])
     variance = intervals.two_way_variance(tables)
     means = np.array([_mean_of([table[kind] for table in tables]) for kind in (0, 1)])
     half = intervals.log_half_width(means, variance.total, variance.total_freedom, level)
     return {"position": (means[0], half[0]), "heading": (means[1], half[1])}
+
+
+def _filled(tables: Sequence[FloatArray]) -> list[FloatArray]:
+    whole = [filled(table) for table in tables]
+    return [table for table in whole if table is not None]
 
 
 def _interval(ends: dict[str, Ends], name: str, most: float = math.inf) -> Interval | None:

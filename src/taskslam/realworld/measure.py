@@ -19,7 +19,7 @@ from taskslam.realworld.detector import Detector
 from taskslam.realworld.inside_out import bundle_station
 from taskslam.realworld.looks import Look, image_frames, look_through
 from taskslam.realworld.measured_file import FILE, ArrivalRow, MeasuredFile, PlaneRow, dump_measured
-from taskslam.realworld.measured_run import Key, run_events, unjudged_goals, write_run
+from taskslam.realworld.measured_run import Key, lost_arrivals, run_events, unjudged_goals, write_run
 from taskslam.realworld.outside_in import overhead_station
 from taskslam.realworld.overlay import picture
 from taskslam.realworld.plane_calibration import ENOUGH_PLACES, PlaneCalibration
@@ -148,9 +148,9 @@ def _write_all(setup: Setup, logs: Sequence[ArrivalLog], rig: _Rig, out: Path, r
     for log, (measured, offsets, notes) in zip(logs, judged, strict=True):
         events = run_events(log, measured, setup.pause)
         unjudged = unjudged_goals(log, measured, [goal for station in rig.stations for goal in station.goals])
-        said = notes
+        said = (*notes, *_lost_notes(log, measured, unjudged))
         if len(unjudged) == len(log.goals):
-            said = (*notes, f"the run of {log.method} cannot be judged at any waypoint, so evaluation will refuse it")
+            said = (*said, f"the run of {log.method} cannot be judged at any waypoint, so evaluation will refuse it")
         seed = log.record.manifest.seed if log.record is not None else seeds[log.method, log.mode]
         seeds[log.method, log.mode] += 1
         name = setup.scenario or (log.record.manifest.scenario_name if log.record is not None else "measured")
@@ -185,6 +185,18 @@ def _judge_run(
                 arrival, station, stamps[id(station)], offset, setup.pause, setup.frames
             )
     return measured, offsets, tuple(notes)
+
+
+def _lost_notes(
+    log: ArrivalLog, measured: Mapping[Key, MeasuredArrival], unjudged: Mapping[int, str]
+) -> tuple[str, ...]:
+    """Waypoints that are judged on fewer rounds than were driven."""
+    return tuple(
+        f"the run of {log.method}, waypoint {goal + 1}: judged without round {', '.join(map(str, lost))}, in which the"
+        " images do not decide whether the robot was there"
+        for goal, lost in sorted(lost_arrivals(log, measured).items())
+        if goal not in unjudged
+    )
 
 
 def _files(

@@ -38,6 +38,9 @@ from taskslam.record.files import writing
 Key = tuple[int, int]
 """Round and goal."""
 
+FEWEST = 2
+"""Measured rounds below which there is no scatter to judge."""
+
 
 def run_events(log: ArrivalLog, measured: Mapping[Key, MeasuredArrival], pause: float) -> list[Event]:
     """The journal of the measured run.
@@ -69,13 +72,34 @@ def run_events(log: ArrivalLog, measured: Mapping[Key, MeasuredArrival], pause: 
 
 
 def unjudged_goals(log: ArrivalLog, measured: Mapping[Key, MeasuredArrival], watched: Sequence[int]) -> dict[int, str]:
-    """Goals that leave the denominators: those without a station, and those at which the images do not decide."""
+    """Goals that leave the denominators: those without a station, and those at which too few images decide.
+
+    An ambiguous arrival is missing data: its waypoint is judged by the other rounds, as long as two were measured. One
+    that the robot missed in any round is incomplete, whatever the images of the others say.
+    """
     reasons = {goal: "no camera or tag watches it" for goal in range(len(log.goals)) if goal not in watched}
-    for (number, goal), found in sorted(measured.items()):
-        if found.verdict is Verdict.AMBIGUOUS and not found.arrival.priming:
-            name = number + (not any(arrival.priming for arrival in log.arrivals))
-            reasons.setdefault(goal, f"round {name} is ambiguous: {found.reason}")
+    for goal, lost in lost_arrivals(log, measured).items():
+        counted = [found for found in _counted(measured) if found.arrival.goal == goal]
+        seen = sum(found.verdict is Verdict.MEASURED for found in counted)
+        reached = all(found.verdict is not Verdict.NOT_SEEN for found in counted) and len(counted) == log.rounds
+        if reached and seen < FEWEST:
+            number, reason = next(iter(lost.items()))
+            reasons[goal] = f"{seen} of {log.rounds} rounds measured; round {number} is ambiguous: {reason}"
     return dict(sorted(reasons.items()))
+
+
+def lost_arrivals(log: ArrivalLog, measured: Mapping[Key, MeasuredArrival]) -> dict[int, dict[int, str]]:
+    """Ambiguous arrivals of rounds that count: the reason, by goal and by the round's number in tables, from 1."""
+    first = not any(arrival.priming for arrival in log.arrivals)
+    lost: dict[int, dict[int, str]] = {}
+    for found in _counted(measured):
+        if found.verdict is Verdict.AMBIGUOUS:
+            lost.setdefault(found.arrival.goal, {})[found.arrival.round + first] = found.reason
+    return lost
+
+
+def _counted(measured: Mapping[Key, MeasuredArrival]) -> list[MeasuredArrival]:
+    return [found for _, found in sorted(measured.items()) if not found.arrival.priming]
 
 
 def write_run(
