@@ -85,7 +85,9 @@ def test_every_arrival_is_inside_its_panel():
 
 def test_heading_ticks_point_where_the_robot_did():
     (panel,) = arrivals_figures([waypoint([SE2(0, 0, math.pi / 2), SE2(0, 0, math.pi / 2)])], GoalTolerance(), UNITS)
-    line = re.search(r'<line x1="([-\d.]+)" y1="([-\d.]+)" x2="([-\d.]+)" y2="([-\d.]+)" stroke="#0072B2"', str(panel))
+    line = re.search(
+        r'<line x1="([-\d.]+)" y1="([-\d.]+)" x2="([-\d.]+)" y2="([-\d.]+)" stroke="var\(--blue\)"', str(panel)
+    )
     x1, y1, x2, y2 = map(float, line.groups())
     assert x2 < x1
     assert y2 == pytest.approx(y1, abs=0.02)

@@ -29,7 +29,7 @@ def test_number_list(numbers, text):
 def test_failures_at_one_place_share_a_cross_and_keep_their_numbers():
     markup = drawing((1, 2, 2), (2, 8, 3), (3, 2.01, 2))
     assert labels(markup) == ["1, 3", "2"]
-    assert len(re.findall(r'stroke="#D55E00"', markup)) == 2 * 2  # two strokes a cross
+    assert len(re.findall(r'stroke="var\(--vermilion\)"', markup)) == 2 * 2  # two strokes a cross
 
 
 def test_a_crowd_of_failures_leaves_no_number_out():

@@ -1,4 +1,5 @@
 from taskslam.report.markers import CIRCLE, STAR, marker_icon, method_styles
+from taskslam.report.palette import on_page
 
 
 def test_no_two_of_sixty_methods_look_alike():
@@ -8,8 +9,8 @@ def test_no_two_of_sixty_methods_look_alike():
 
 def test_a_hollow_marker_is_white_inside():
     style = method_styles(["a"])["a"]
-    assert 'fill="#ffffff"' in str(marker_icon(style, "a", filled=False))
-    assert f'fill="{style.colour}"' in str(marker_icon(style, "a"))
+    assert 'fill="var(--paper)"' in str(marker_icon(style, "a", filled=False))
+    assert f'fill="{on_page(style.colour)}"' in str(marker_icon(style, "a"))
 
 
 def test_the_shape_says_which_sensor_a_method_sees_with():

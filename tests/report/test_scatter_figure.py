@@ -24,7 +24,7 @@ def test_a_method_as_precise_as_accurate_stands_on_the_dashed_line():
     x1, y1, x2, y2 = (
         float(value)
         for value in re.search(
-            r'<line x1="([\d.]+)" y1="([\d.]+)" x2="([\d.]+)" y2="([\d.]+)" stroke="#D55E00"', markup
+            r'<line x1="([\d.]+)" y1="([\d.]+)" x2="([\d.]+)" y2="([\d.]+)" stroke="var\(--vermilion\)"', markup
         ).groups()
     )
     on, below = dots(markup)[:2]
@@ -34,7 +34,7 @@ def test_a_method_as_precise_as_accurate_stands_on_the_dashed_line():
 
 def test_a_marker_is_filled_only_if_every_waypoint_was_reached():
     fills = [fill for _, _, fill in dots(figure(Point("a", 0.03, 0.01, True, DOT), Point("b", 0.3, 0.1, False, DOT)))]
-    assert fills == ["#123456", "#ffffff"]
+    assert fills == ["#123456", "var(--paper)"]
 
 
 def test_a_second_axis_counts_robot_diameters():

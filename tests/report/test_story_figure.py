@@ -34,8 +34,8 @@ def figure(truth=TRUTH, estimate=ESTIMATE, target=TARGET):
 
 def test_robot_belief_and_goal_are_drawn_where_they_were():
     markup = str(figure())
-    cross_x, cross_y = middle(markup, r'r="[\d.]+" fill="#0072B2"')
-    belief_x, belief_y = middle(markup, r'r="[\d.]+" fill="#E69F00"')
+    cross_x, cross_y = middle(markup, r'r="[\d.]+" fill="var\(--blue\)"')
+    belief_x, belief_y = middle(markup, r'r="[\d.]+" fill="var\(--orange\)"')
     goal_x, _ = middle(markup, 'r="11"')
     metre = goal_x - cross_x
     assert belief_x == pytest.approx(cross_x, abs=0.02)
@@ -46,7 +46,7 @@ def test_what_is_far_away_is_told_with_an_arrow():
     markup = str(figure(estimate=SE2(-22.8, 0, 0), target=SE2(3, 40, 0)))
     assert "SLAM puts the robot 25.8 m that way" in markup
     assert "the goal lies 40.0 m that way" in markup
-    assert 'fill="#E69F00"' not in markup
+    assert 'fill="var(--orange)"' not in markup
 
 
 def test_without_the_truth_the_estimate_is_where_it_failed_and_without_both_there_is_no_map():

@@ -54,4 +54,4 @@ def test_a_failure_is_marked_and_a_missed_waypoint_is_hollow(make_run):
     fills = re.findall(r'r="11" fill="([^"]+)"', markup)
     assert len(set(fills)) == 2
     assert fills[0] == fills[1] != fills[2]
-    assert "#D55E00" in markup
+    assert "var(--vermilion)" in markup

@@ -42,7 +42,7 @@ def test_without_map_is_above_the_line_and_with_map_below():
 def test_the_solid_line_is_the_mean_and_the_dashed_ones_the_quartiles():
     values = [0.01, 0.02, 0.03, 0.04, 0.9]
     markup = str(violin_strip(values, (), AXIS, "#123456", "karto"))
-    lines = re.findall(r'<line x1="([\d.]+)"[^>]*stroke="#1c2430"([^>]*)>', markup)
+    lines = re.findall(r'<line x1="([\d.]+)"[^>]*stroke="var\(--ink\)"([^>]*)>', markup)
     drawn = {
         re.search(r'stroke-dasharray="([^"]+)"', rest)[1] if "dash" in rest else "solid": float(x) for x, rest in lines
     }

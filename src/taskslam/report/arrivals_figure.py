@@ -145,21 +145,20 @@ def _draw_visit(svg: Svg, truth: SE2 | None, belief: SE2 | None, window: _Window
         at = window.place(belief.x, belief.y)
         if truth is not None:
             svg.line(*at, *window.place(truth.x, truth.y), stroke=palette.BELIEF, stroke_width=1, stroke_opacity=0.7)
-        svg.circle(*at, 3.4, fill="#ffffff", stroke=palette.BELIEF, stroke_width=1.7)
+        svg.circle(*at, 3.4, fill=palette.PAPER, stroke=palette.BELIEF, stroke_width=1.7)
     if truth is not None:
         x, y = window.place(truth.x, truth.y)
         ahead_x, ahead_y = x - 17 * math.sin(truth.theta), y - 17 * math.cos(truth.theta)
         svg.line(x, y, ahead_x, ahead_y, stroke=palette.TRUTH, stroke_width=1.6, stroke_linecap="round")
-        svg.circle(x, y, 3.4, fill=palette.TRUTH, stroke="#ffffff", stroke_width=0.9)
+        svg.circle(x, y, 3.4, fill=palette.TRUTH, stroke=palette.PAPER, stroke_width=0.9)
 
 
 def _draw_inset(svg: Svg, truths: list[SE2], tolerance: float) -> None:
     reach = max((max(abs(truth.x), abs(truth.y)) for truth in truths), default=0.0)
     window = _Window(_SIZE - _INSET - 6, _SIZE + 6.0, _INSET, (0.0, 0.0), 1.15 * max(tolerance, reach))
     goal = window.place(0.0, 0.0)
-    svg.circle(
-        *goal, tolerance * window.scale, fill="#f4f6f8", stroke=palette.MUTED, stroke_width=0.8, stroke_dasharray="2 2"
-    )
+    dashed = {"stroke": palette.MUTED, "stroke_width": 0.8, "stroke_dasharray": "2 2"}
+    svg.circle(*goal, tolerance * window.scale, fill=palette.TINT, **dashed)
     _draw_goal(svg, *goal, 0.55)
     for truth in truths:
         svg.circle(*window.place(truth.x, truth.y), 1.6, fill=palette.TRUTH)

@@ -18,7 +18,7 @@ from taskslam.realworld.calibration import Calibration, FittedView
 from taskslam.realworld.calibration_guidance import guidance
 from taskslam.realworld.images import GreyImage
 from taskslam.record.files import write_whole, writing
-from taskslam.report.palette import BLUE, HAIRLINE, INK, MUTED, VERMILION
+from taskslam.report.palette import BLUE, HAIRLINE, INK, MUTED, VERMILION, style_sheet
 from taskslam.report.svg import Svg
 
 _WIDTH = 480.0
@@ -48,7 +48,7 @@ def write_calibration_page(
         advice=guidance(calibration),
         refused=refused,
         policy=_POLICY,
-        style=Markup(style),  # noqa: S704 our own file, no input in it
+        style=Markup(style_sheet() + style),  # noqa: S704 our own file, no input in it
         covered=_covered(calibration),
         unsure=_unsure(calibration),
         scatter=_scatter(calibration),

@@ -45,7 +45,7 @@ def curve_figure(
         return _TOP + (1 - share) * plot_h
 
     _draw_axes(svg, limit_m, diameter_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
-    for curve in curves:
+    for curve in reversed(curves):  # the best on top
         steps = _steps(curve, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}

@@ -76,7 +76,7 @@ def method_styles(methods: list[str], sensors: Mapping[str, str] | None = None) 
 
 def draw_marker(svg: Svg, style: Style, x: float, y: float, radius: float = 6.0, filled: bool = True) -> None:
     """Draw a method's marker with its middle at (x, y)."""
-    fill = style.colour if filled else "#ffffff"
+    fill = style.colour if filled else palette.PAPER
     ink = {"fill": fill, "stroke": style.colour, "stroke_width": 2, "stroke_linejoin": "round"}
     corners, first, size, between = _SHAPES[style.shape]
     if corners == 0:

@@ -91,7 +91,7 @@ def _style(results: Results) -> str:
         f':root:has(#show-{value}:not(:checked)) [data-{kind}="{value}"] {{ display: none !important; }}'
         for kind, value in boxes
     ]
-    return "\n".join([*(_own(name) for name in _STYLES), *rules])
+    return "\n".join([palette.style_sheet(), *(_own(name) for name in _STYLES), *rules])
 
 
 def _policy(style: str, script: str) -> str:

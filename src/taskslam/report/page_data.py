@@ -11,6 +11,7 @@ from markupsafe import Markup
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2, wrap_angle
 from taskslam.report.goal_frame import seen_from_goal
+from taskslam.report.palette import on_page
 from taskslam.report.views import RunView, ScenarioView
 
 
@@ -44,7 +45,7 @@ def _run(run: RunView, scenario: str) -> dict[str, Any]:
         "label": run.label,
         "method": run.style.key,
         "mode": run.metrics.mode,
-        "colour": run.style.colour,
+        "colour": on_page(run.style.colour),
         "scenario": scenario,
         "waypoints": [_waypoint(run, waypoint.metrics) for waypoint in run.waypoints],
     }

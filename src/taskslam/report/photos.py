@@ -14,13 +14,12 @@ from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.geometry import SE2
 from taskslam.realworld.measured_file import FOLDER, ArrivalRow, MeasuredFile, load_measured
 from taskslam.record import RunRecord
+from taskslam.report import palette
 from taskslam.report.goal_frame import seen_from_goal
 from taskslam.report.svg import Svg
 
 _SIDE = 168.0
 _REACH = 1.4  # robot diameters shown on each side at least
-_HEADINGS = "#d6008f"
-_FLOOR, _ROBOT = "#eceff1", "#263238"
 _LARGEST = 1 << 20  # bytes of a kept picture
 
 
@@ -85,7 +84,7 @@ def overlay_figure(waypoint: WaypointMetrics, diameter: float) -> Markup:
     """
     poses = [truth for _, truth, _ in seen_from_goal(waypoint) if truth is not None]
     svg = Svg(_SIDE, _SIDE, f"All arrivals at waypoint {waypoint.goal + 1}, robots of {100 * diameter:g} cm")
-    svg.add("rect", width=_SIDE, height=_SIDE, rx=6, fill=_FLOOR)
+    svg.add("rect", width=_SIDE, height=_SIDE, rx=6, fill=palette.TRACK)
     if not poses:
         return svg.markup()
     x, y = _middle(poses)
@@ -94,16 +93,16 @@ def overlay_figure(waypoint: WaypointMetrics, diameter: float) -> Markup:
     for at in poses:
         left, top = _SIDE / 2 - (at.y - y) * scale, _SIDE / 2 - (at.x - x) * scale
         svg.circle(
-            left, top, diameter / 2 * scale, fill="none", stroke=_ROBOT, stroke_width=0.9, stroke_dasharray="3 2"
+            left, top, diameter / 2 * scale, fill="none", stroke=palette.INK, stroke_width=0.9, stroke_dasharray="3 2"
         )
     for at in poses:
         left, top = _SIDE / 2 - (at.y - y) * scale, _SIDE / 2 - (at.x - x) * scale
         length = 0.75 * diameter * scale
         tip = (left - length * math.sin(at.theta), top - length * math.cos(at.theta))
-        svg.line(left, top, *tip, stroke=_HEADINGS, stroke_width=1.6)
+        svg.line(left, top, *tip, stroke=palette.MAGENTA, stroke_width=1.6)
         for side in (0.4, -0.4):
             back = (tip[0] + 7 * math.sin(at.theta + side), tip[1] + 7 * math.cos(at.theta + side))
-            svg.line(*tip, *back, stroke=_HEADINGS, stroke_width=1.6, stroke_linecap="round")
+            svg.line(*tip, *back, stroke=palette.MAGENTA, stroke_width=1.6, stroke_linecap="round")
     return svg.markup()
 
 

@@ -64,10 +64,10 @@ def draw_waypoint(svg: Svg, target: SE2, label: str, complete: bool, view: PlanV
     left, right = _ahead(*tip, target.theta + 2.6, 7), _ahead(*tip, target.theta - 2.6, 7)
     svg.line(*base, *tip, stroke=ink, stroke_width=1.8)
     svg.polyline(np.array([left, tip, right]), stroke=ink, stroke_width=1.8, stroke_linejoin="round")
-    fill = ink if complete else "#ffffff"
+    fill = ink if complete else palette.PAPER
     svg.circle(x, y, 11, fill=fill, stroke=ink, stroke_width=1.8)
     svg.text(
-        x, y + 4.3, label, fill="#ffffff" if complete else ink, font_size=12, font_weight=600, text_anchor="middle"
+        x, y + 4.3, label, fill=palette.PAPER if complete else ink, font_size=12, font_weight=600, text_anchor="middle"
     )
 
 
@@ -82,7 +82,7 @@ def draw_start(svg: Svg, start: SE2, view: PlanView) -> None:
 def draw_failure(svg: Svg, at: SE2, view: PlanView) -> None:
     """Draw a cross where a goal failed."""
     x, y = view(np.array([[at.x, at.y]]))[0]
-    for colour, width in (("#ffffff", 7), (palette.FAILURE, 3.6)):
+    for colour, width in ((palette.PAPER, 7), (palette.FAILURE, 3.6)):
         for dx in (-8, 8):
             svg.line(x - dx, y - 8, x + dx, y + 8, stroke=colour, stroke_width=width, stroke_linecap="round")
 

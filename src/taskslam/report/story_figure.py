@@ -37,7 +37,7 @@ def story_figure(plan: FloorPlan | None, failure: GoalFailed, story: Story, diam
     view = _view(where, failure, story, outside)
     svg = Svg(view.width, view.height + _FOOT, f"Where goal {failure.goal + 1} failed")
     with svg.window(view.width, view.height):
-        svg.add("rect", width=view.width, height=view.height, fill="#f0f2f5")
+        svg.add("rect", width=view.width, height=view.height, fill=palette.TRACK)
         if plan is not None:
             draw_plan(svg, plan, view)
         joined = {"stroke_linejoin": "round", "stroke_linecap": "round"}

@@ -8,10 +8,14 @@ from contextlib import contextmanager
 from markupsafe import Markup, escape
 
 from taskslam.geometry import FloatArray
+from taskslam.report.palette import on_page
 
 
 class Svg:
-    """An SVG drawing in its own units, y downwards. `label` is what a screen reader says."""
+    """An SVG drawing for a page in its own units, y downwards. `label` is what a screen reader says.
+
+    Colours of the palette are written by their names, which the page's style sheet explains.
+    """
 
     def __init__(
         self,
@@ -90,5 +94,6 @@ def _attributes(attributes: dict[str, object]) -> str:
     parts = []
     for name, value in attributes.items():
         text = number(value) if isinstance(value, float) else str(value)
+        text = on_page(text) if name in ("fill", "stroke") else text
         parts.append(f' {name.rstrip("_").replace("_", "-")}="{escape(text)}"')
     return "".join(parts)

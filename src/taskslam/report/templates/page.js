@@ -71,9 +71,9 @@
     const place = (x, y) => [SIZE / 2 - (y - left) * scale, SIZE / 2 - (x - ahead) * scale];
     const svg = make("svg", {viewBox: `0 0 ${SIZE} ${SIZE}`, class: "plot", "aria-hidden": "true"});
     const [gx, gy] = place(0, 0);
-    svg.append(make("circle", {cx: gx, cy: gy, r: scenario.tolerance * scale, fill: "none", stroke: "#667085", "stroke-dasharray": "3 3"}));
-    svg.append(make("line", {x1: gx - 6, y1: gy, x2: gx + 6, y2: gy, stroke: "#1c2430", "stroke-width": 1.5}));
-    svg.append(make("line", {x1: gx, y1: gy + 6, x2: gx, y2: gy - 16, stroke: "#1c2430", "stroke-width": 1.5}));
+    svg.append(make("circle", {cx: gx, cy: gy, r: scenario.tolerance * scale, fill: "none", stroke: "var(--muted)", "stroke-dasharray": "3 3"}));
+    svg.append(make("line", {x1: gx - 6, y1: gy, x2: gx + 6, y2: gy, stroke: "var(--ink)", "stroke-width": 1.5}));
+    svg.append(make("line", {x1: gx, y1: gy + 6, x2: gx, y2: gy - 16, stroke: "var(--ink)", "stroke-width": 1.5}));
     if (single && runs[0].waypoints[goal].E !== null) {
       svg.append(make("circle", {cx: SIZE / 2, cy: SIZE / 2, r: runs[0].waypoints[goal].E * scale, fill: runs[0].colour, "fill-opacity": 0.12}));
     }
@@ -85,7 +85,7 @@
       });
     }
     const round = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].findLast((m) => m * scale <= 90) ?? 0.001;
-    svg.append(make("line", {x1: 8, y1: SIZE - 8, x2: 8 + round * scale, y2: SIZE - 8, stroke: "#1c2430", "stroke-width": 2}));
+    svg.append(make("line", {x1: 8, y1: SIZE - 8, x2: 8 + round * scale, y2: SIZE - 8, stroke: "var(--ink)", "stroke-width": 2}));
     const label = taskUnits() ? `${Number((round / scenario.diameter).toPrecision(2))} D` : `${Number((100 * round).toPrecision(2))} cm`;
     svg.append(make("text", {x: 8, y: SIZE - 13, class: "halo"}, label));
     return points.length ? svg : make("p", {}, "No round reached it.");
