@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,6 +26,27 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real data not found at {folder}: set TASKSLAM_DATA")
     return folder
+
+
+@pytest.fixture
+def install(tmp_path: Path) -> Callable[[Path], Path]:
+    """`install(project)`: a folder with a package as an installer leaves it, its modules beside a dist-info."""
+
+    def make(project: Path) -> Path:
+        facts = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        folder = tmp_path / "site-packages"
+        info = folder / f"{facts['name'].replace('-', '_')}-{facts['version']}.dist-info"
+        info.mkdir(parents=True)
+        for module in project.glob("*.py"):
+            (folder / module.name).write_bytes(module.read_bytes())
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {facts['name']}\nVersion: {facts['version']}\n")
+        lines = []
+        for group, points in facts["entry-points"].items():
+            lines += [f"[{group}]", *(f"{name} = {target}" for name, target in points.items())]
+        (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
+        return folder
+
+    return make
 
 
 def box_mesh(boxes: list[tuple[float, float, float, float, float, float]]) -> TriangleMesh:

@@ -28,6 +28,10 @@ class ScenarioError(InputError):
     """A scenario is invalid: unknown key, waypoint in a wall, empty sequence."""
 
 
+class PlannerError(InputError):
+    """A local planner is not registered, cannot be built, or breaks its contract."""
+
+
 class RobotError(InputError):
     """A robot description is invalid."""
 

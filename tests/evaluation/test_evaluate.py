@@ -4,6 +4,7 @@ import pytest
 
 from taskslam.errors import DiskFullError, RecordError
 from taskslam.evaluation import evaluate_runs, write_metrics
+from taskslam.evaluation.evaluate import by_method
 from taskslam.evaluation.metrics_file import read_metrics
 from taskslam.evaluation.upstream import ALL
 from taskslam.geometry import SE2
@@ -64,6 +65,14 @@ def test_the_file_has_the_documented_keys_and_null_for_what_is_not_defined(build
     assert run["n_auc"]["published"] == 0.0
     assert run["n_auc"]["exact"] == 0.0
     assert run["failures"][0]["outcome"] == "lost"
+
+
+def test_runs_of_two_planners_are_never_pooled(build, tmp_path):
+    two_rounds(build(goals=1, rounds=2)).write()
+    (run,) = evaluate_runs([tmp_path / "results"]).runs
+    teb, measured, other = (run.model_copy(update={"planner": name}) for name in ("teb", None, "dwa"))
+    assert list(by_method([teb, measured.model_copy(update={"seed": 1})])) == ["karto"]
+    assert list(by_method([teb, other])) == ["karto with teb", "karto with dwa"]
 
 
 def test_the_file_says_which_definitions_it_holds(build, tmp_path):

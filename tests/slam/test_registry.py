@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -15,24 +14,9 @@ THIRD_PARTY = Path(__file__).parent / "third_party"
 
 
 @pytest.fixture
-def third_party(tmp_path: Path) -> Path:
-    """The package as an installer leaves it: its modules beside a dist-info made from its pyproject."""
-    project = tomllib.loads((THIRD_PARTY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    for module in THIRD_PARTY.glob("*.py"):
-        (tmp_path / module.name).write_bytes(module.read_bytes())
-    info = tmp_path / f"dead_reckoning-{project['version']}.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
-    points = project["entry-points"]["taskslam.methods"]
-    lines = [f"{name} = {target}" for name, target in points.items()]
-    (info / "entry_points.txt").write_text("\n".join(["[taskslam.methods]", *lines]) + "\n")
-    return tmp_path
-
-
-@pytest.fixture
-def taskslam(third_party: Path, monkeypatch: pytest.MonkeyPatch):
+def taskslam(install, monkeypatch: pytest.MonkeyPatch):
     """Runs `taskslam ARGUMENTS` with the package from outside installed."""
-    monkeypatch.setenv("PYTHONPATH", str(third_party))
+    monkeypatch.setenv("PYTHONPATH", str(install(THIRD_PARTY)))
     monkeypatch.setenv("COLUMNS", "200")
 
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -22,10 +22,12 @@ from taskslam.benchmark.stage import Stage
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.navigation.navigator import Navigator
+from taskslam.navigation.planners import build_planner, planner_version
 from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
 from taskslam.scenario import Scenario
+from taskslam.scenario.scenario import BUILTIN_PLANNER
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.host import Limits, MethodHost
 from taskslam.slam.latency import LatencyMode, LatencyModel
@@ -92,7 +94,10 @@ def _kept(stage: Stage, request: RunRequest, directory: Path, observer: Observer
 
 
 def _hash(stage: Stage) -> str:
-    canonical = json.dumps(stage.scenario.model_dump(mode="json"), sort_keys=True)
+    content = stage.scenario.model_dump(mode="json")
+    if content["planner"] == BUILTIN_PLANNER:  # scenarios hash as before there was a choice
+        del content["planner"]
+    canonical = json.dumps(content, sort_keys=True)
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
@@ -124,7 +129,8 @@ def record_tour(
     """
     started, wall = datetime.now(UTC), time.perf_counter()
     platform = make_platform()
-    navigator = Navigator(stage.plan, stage.robot, navigation_settings(stage.scenario))
+    planner = build_planner(stage.scenario.planner, stage.robot)
+    navigator = Navigator(stage.plan, stage.robot, navigation_settings(stage.scenario), planner)
     with RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
@@ -187,7 +193,7 @@ def manifest_of(
         seed=request.seed,
         rounds=stage.scenario.protocol.rounds,
         latency=latency_words(request.latency),
-        versions=versions(),
+        versions=versions() | planner_version(stage.scenario.planner),
         machine=machine(),
         simulated_s=now / NANOSECONDS,
         wall_s=wall_s,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from taskslam.benchmark.observer import Observer
 from taskslam.errors import ScenarioError, WorldError
+from taskslam.navigation.planners import build_planner
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario, check_scenario
 from taskslam.world import FloorPlan, World
@@ -33,9 +34,10 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
     """Load and check everything before anything moves.
 
     Raises:
-        WorldError, FloorPlanError, RobotError, ScenarioError: with one sentence.
+        WorldError, FloorPlanError, RobotError, PlannerError, ScenarioError: with one sentence.
     """
     robot = load_robot(scenario.robot)
+    build_planner(scenario.planner, robot)
     observer.stage("loading the world")
     world = load_scenario_world(scenario, world_paths)
     observer.stage("preparing the floor plan")

@@ -44,13 +44,17 @@ def load_metrics(path: Path) -> MetricsFile:
 
 
 def by_method(runs: Sequence[RunMetrics]) -> dict[str, list[RunMetrics]]:
-    """Runs of each method; of one that drove a sequence twice (with other options, say) each run by its directory."""
-    times = Counter((run.method, run.mode, run.scenario, run.seed) for run in runs)
+    """Runs of each method, and of each planner if there are several.
+
+    Of a method that drove a sequence twice (with other options, say) each run by its directory.
+    """
+    planners = {run.planner for run in runs if run.planner is not None}
+    names = [f"{run.method} with {run.planner}" if len(planners) > 1 else run.method for run in runs]
+    times = Counter((name, run.mode, run.scenario, run.seed) for name, run in zip(names, runs, strict=True))
     twice = {key[0] for key, count in times.items() if count > 1}
     groups: dict[str, list[RunMetrics]] = {}
-    for run in runs:
-        name = f"{run.method} ({run.directory})" if run.method in twice else run.method
-        groups.setdefault(name, []).append(run)
+    for name, run in zip(names, runs, strict=True):
+        groups.setdefault(f"{name} ({run.directory})" if name in twice else name, []).append(run)
     return groups
 
 

@@ -194,8 +194,8 @@ class RunMetrics(_Part):
     """One run. position, orientation, iso9283, control, estimation: means over complete waypoints, each with weight 1.
 
     planned_waypoints: those that can be judged. truth_frame: `waypoint` where true poses have no place in `map`: then
-    accuracy and the share of estimation are not defined. by_definition: where the numbers are those of the published
-    code, what the paper's definitions give; else null.
+    accuracy and the share of estimation are not defined. planner: the local one, null where it is not known.
+    by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
     """
 
     directory: str
@@ -228,6 +228,7 @@ class RunMetrics(_Part):
     notices: int
     journal_truncated: bool
     truth_frame: Literal["map", "waypoint"] = "map"
+    planner: str | None = None
     by_definition: Headline | None = None
 
     @property

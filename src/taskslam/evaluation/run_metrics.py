@@ -122,6 +122,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         notices=sum(isinstance(event, MethodNotice) for event in record.events),
         journal_truncated=record.truncated,
         truth_frame=manifest.truth_frame,
+        planner=manifest.planner,
     )
 
 

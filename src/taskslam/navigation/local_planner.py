@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from taskslam.geometry import SE2, FloatArray
 from taskslam.navigation.costmap import LocalCostmap
@@ -25,8 +25,14 @@ class ControlRequest:
     costmap: LocalCostmap
 
 
+@runtime_checkable
 class LocalPlanner(Protocol):
-    """Turns a global plan into velocity commands. Must be deterministic and must not read a clock."""
+    """Turns a global plan into velocity commands. Must be deterministic, read no clock and change nothing it is given.
+
+    Others add one by an entry point of the group `taskslam.planners` (`planners.py`): a callable that takes the
+    `Robot`. It is asked at 5 Hz; whether the goal is reached is not for it to say. The base is spared accelerations and
+    speeds that it has not (`VelocitySmoother`).
+    """
 
     def reset(self) -> None:
         """Forget everything: a new goal far away, or a new round."""

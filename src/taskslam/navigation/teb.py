@@ -21,6 +21,7 @@ from taskslam.navigation.settings import TebSettings
 from taskslam.navigation.teb_problem import TebParameters
 from taskslam.navigation.teb_solver import optimize
 from taskslam.navigation.velocity_smoother import Velocity
+from taskslam.robot.robot import Robot
 
 
 @dataclass(slots=True)
@@ -39,6 +40,11 @@ class Band:
     def poses(self) -> FloatArray:
         """(n, 3) copy of the poses."""
         return self.z[: self.n, :3].copy()
+
+
+def build_teb(_robot: Robot) -> TebPlanner:
+    """The planner `teb`: as the paper tuned it for its own robot, the same for all."""
+    return TebPlanner(TebSettings())
 
 
 class TebPlanner:

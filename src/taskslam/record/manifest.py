@@ -50,6 +50,7 @@ class _Scenario(_Loose):
     start: _Waypoint | None = None
     sequence: _Sequence | None = None
     units: _Units = _Units()
+    planner: str = "teb"  # which drove all runs before there was a choice
 
 
 class Manifest(_Part):
@@ -128,6 +129,11 @@ class Manifest(_Part):
         """Where the robot starts, in `map`."""
         start = self._view.start
         return None if start is None else SE2(start.x, start.y, start.theta)
+
+    @property
+    def planner(self) -> str | None:
+        """The local planner that drove; None where it is not known, as of a robot that was only measured."""
+        return self._view.planner if self.source == "simulation" or "planner" in self.scenario else None
 
     @property
     def is_reference(self) -> bool:

@@ -9,6 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from taskslam.geometry import SE2
 
+BUILTIN_PLANNER = "teb"
+
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -125,13 +127,14 @@ class Protocol(_Part):
 
 
 class Scenario(_Part):
-    """Everything that is held fixed while methods are compared."""
+    """Everything that is held fixed while methods are compared. planner: the local one (`taskslam planners list`)."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
     title: str = ""
     world: WorldSource
     floor_plan: FloorPlanSource = FloorPlanSource()
     robot: str = "turtlebot2"
+    planner: str = BUILTIN_PLANNER
     start: Waypoint
     sequence: Sequence
     units: TaskUnits = TaskUnits()
