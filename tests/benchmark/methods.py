@@ -35,6 +35,14 @@ class Honest(SlamMethod):
         return PoseEstimate(measurement.stamp, pose, Status.TRACKING)
 
 
+class Heavy(Honest):
+    """Holds 256 MB for a moment as it starts."""
+
+    def start(self, rig: SensorRig) -> None:
+        super().start(rig)
+        np.ones(32 << 20).sum()
+
+
 class Segfault(Honest):
     """Dies by a signal."""
 

@@ -13,6 +13,7 @@ from taskslam.benchmark.protocol import Mode, Tour, drive_tour
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import RecordError
+from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
 from taskslam.navigation.navigator import Navigator
@@ -141,6 +142,21 @@ def test_a_method_that_is_not_a_reference_never_hears_a_true_pose(
     monkeypatch.setattr(MethodHost, "feed", note)
     drive(make_stage(rounds=1), tmp_path, "wheel_odometry")
     assert {type(m).__name__ for m in fed} == {"WheelOdometry", "LaserScan"}
+
+
+def test_peak_memory_is_in_the_manifest_and_not_in_the_journal(
+    make_stage: Callable[..., Stage], tmp_path: Path
+) -> None:
+    light, heavy = (drive(make_stage(GOALS_ONE, rounds=1), tmp_path, f"methods:{name}") for name in ("Honest", "Heavy"))
+    assert light.manifest.method_peak_bytes is not None
+    assert heavy.manifest.method_peak_bytes is not None
+    assert 20 << 20 < light.manifest.method_peak_bytes < 1 << 30
+    assert 200 << 20 < heavy.manifest.method_peak_bytes - light.manifest.method_peak_bytes < 300 << 20
+    assert heavy.manifest.own_peak_bytes is not None
+    assert heavy.manifest.own_peak_bytes > 50 << 20
+    journals = [(record.directory / "journal.jsonl").read_bytes() for record in (light, heavy)]
+    assert journals[0] == journals[1]
+    assert run_metrics(heavy, "heavy").method_peak_bytes == heavy.manifest.method_peak_bytes
 
 
 @pytest.mark.parametrize(

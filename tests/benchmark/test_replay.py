@@ -62,6 +62,7 @@ def test_replayed_measurements_give_the_poses_of_the_live_loop(recording):
     assert np.abs(truth.poses - live.trajectory(0, "truth").poses).max() < 1e-15
     assert back.manifest.source == "replay"
     assert back.manifest.goals == ()
+    assert 20 << 20 < back.manifest.method_peak_bytes < 4 << 30
     assert back.manifest.complete
 
 

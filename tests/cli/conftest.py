@@ -37,6 +37,7 @@ def results(tmp_path):
                 "started_utc": "2030-01-01T00:00:00Z",
                 "wall_s": 1.0,
                 "simulated_s": 2.0,
+                "method_peak_bytes": 312_000_000,
                 "complete": False,
             }
         )

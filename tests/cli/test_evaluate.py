@@ -32,6 +32,8 @@ def test_the_summary_alone_fits_100_columns(results):
     tables = [line for line in result.output.splitlines() if "karto" in line]
     assert len(tables) == 2
     assert all(len(line.rstrip()) <= 100 for line in tables)
+    assert "method MB" in result.output
+    assert tables[1].rstrip().endswith(" 312")
 
 
 def test_the_published_definitions_can_be_asked_for(results):

@@ -123,6 +123,18 @@ def test_memory_beyond_the_limit_ends_the_method(host_of, still_robot):
     assert 300 << 20 < host.peak_memory < 2 << 30
 
 
+def test_the_peak_of_a_process_outlives_what_it_let_go_and_is_not_its_parents():
+    script = (
+        "from taskslam.slam.guest import own_peak_memory as peak; before = peak();"
+        "ballast = b'x' * (200 << 20); del ballast; print(before, peak())"
+    )
+    parents = b"x" * (400 << 20)
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    before, after = map(int, said.split())
+    assert before < len(parents)
+    assert 150 << 20 < after - before < 250 << 20
+
+
 def test_the_log_keeps_what_the_method_printed_up_to_its_bound(host_of, still_robot, tmp_path):
     host = host_of("PrintsMuchButWorks", log_bytes=10_000)
     host.start()

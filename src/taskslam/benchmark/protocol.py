@@ -43,6 +43,7 @@ class Tour:
     observer: Observer
     last_failure: str | None = None
     compute_s: float = 0.0
+    method_peak_bytes: int = 0
     frames: int = 0
     dropped_frames: int = 0
 
@@ -84,6 +85,7 @@ def _guarded(tour: Tour, first: int, numbers: list[tuple[int, bool]]) -> bool:
     finally:
         state.method.stop()
         tour.compute_s += state.method.compute_s
+        tour.method_peak_bytes = max(tour.method_peak_bytes, state.method.peak_memory)
 
 
 class _Lifetime:

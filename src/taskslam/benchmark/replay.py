@@ -29,6 +29,7 @@ from taskslam.outcomes import Outcome
 from taskslam.record import Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter, load_run
 from taskslam.slam import MapMode, MethodCard
 from taskslam.slam.failure import MethodFailedError
+from taskslam.slam.guest import own_peak_memory
 from taskslam.slam.host import Limits, MethodHost
 from taskslam.slam.latency import LatencyModel
 from taskslam.slam.registry import load_method
@@ -86,6 +87,7 @@ class _Replay:
         self._time = 0  # ns of the run: rounds lie one after the other
         self._failure: str | None = None
         self._compute_s = 0.0
+        self._method_peak_bytes = 0
         self._counted = (0, 0)
 
     def run(self, described: dict[str, Any]) -> bool:
@@ -114,6 +116,8 @@ class _Replay:
                 wall_s=time.perf_counter() - wall,
                 simulated_s=self._time / NANOSECONDS,
                 compute_s=self._compute_s,
+                method_peak_bytes=self._method_peak_bytes or None,
+                own_peak_bytes=own_peak_memory(),
                 complete=complete,
                 failure=self._failure,
             )
@@ -219,6 +223,7 @@ class _Replay:
     def _stop(self, method: MethodHost) -> None:
         method.stop()
         self._compute_s += method.compute_s
+        self._method_peak_bytes = max(self._method_peak_bytes, method.peak_memory)
 
 
 def _described(dataset: Dataset) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from taskslam.record.run_directory import RunWriter, load_run
 from taskslam.scenario import Scenario
 from taskslam.scenario.scenario import BUILTIN_PLANNER
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
+from taskslam.slam.guest import own_peak_memory
 from taskslam.slam.host import Limits, MethodHost
 from taskslam.slam.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import load_method
@@ -201,6 +202,8 @@ def manifest_of(
         complete=complete,
         failure=tour.last_failure,
         compute_s=tour.compute_s,
+        method_peak_bytes=tour.method_peak_bytes or None,
+        own_peak_bytes=own_peak_memory(),
     )
 
 

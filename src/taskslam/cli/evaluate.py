@@ -73,7 +73,7 @@ def _print_summary(console: Console, metrics: MetricsFile) -> None:
         results = _table(
             f"{scenario}: results", ("complete", "E cm [95 %]", "e cm [95 %]", "Δ °", "δ °", "N-AUC", "exact")
         )
-        effort = _table(f"{scenario}: effort", ("failures", "simulated min", "× real", "dropped frames"))
+        effort = _table(f"{scenario}: effort", ("failures", "simulated min", "× real", "dropped frames", "method MB"))
         for run in metrics.runs:
             if run.scenario != scenario:
                 continue
@@ -94,6 +94,7 @@ def _print_summary(console: Console, metrics: MetricsFile) -> None:
                 f"{run.simulated_s / 60:.1f}",
                 _plain(run.real_time_factor, 1),
                 f"{run.dropped_frames} of {run.frames}",
+                _plain(run.method_peak_bytes and run.method_peak_bytes / 1e6, 0),
             )
         console.print(results)
         console.print(effort)

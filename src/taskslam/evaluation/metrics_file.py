@@ -222,6 +222,8 @@ class RunMetrics(_Part):
     simulated_s: float
     wall_s: float
     compute_s: float
+    method_peak_bytes: int | None = None
+    own_peak_bytes: int | None = None
     real_time_factor: float | None
     frames: int
     dropped_frames: int

@@ -61,7 +61,8 @@ class Manifest(_Part):
     scenario: the whole configuration as used, and scenario_hash its content hash; rounds: those that count (M),
     without the priming round; latency: fixed, measured or zero (design D3); complete: every goal of every round was
     reached; failure: in a sentence, what ended the run early; simulated_s: simulated time of the whole run, wall_s:
-    what that took on this machine, compute_s: the method's own share of it.
+    what that took on this machine, compute_s: the method's own share of it; method_peak_bytes: most memory resident in
+    the method's process, of all its starts; own_peak_bytes: in the benchmark's, since that began.
     truth_frame: `map`, or `waypoint` if true poses are in a frame of each waypoint's own, whose place in `map` is not
     known: then arrivals compare with one another, but not with the goal or with an estimate. unjudged: goals that leave
     all denominators, with the reason, such as those that no camera watched.
@@ -86,6 +87,8 @@ class Manifest(_Part):
     wall_s: float = Field(ge=0)
     simulated_s: float = Field(ge=0)
     compute_s: float = Field(default=0.0, ge=0)
+    method_peak_bytes: int | None = Field(default=None, ge=0)
+    own_peak_bytes: int | None = Field(default=None, ge=0)
     complete: bool
     failure: str | None = None
     truth_frame: Literal["map", "waypoint"] = "map"

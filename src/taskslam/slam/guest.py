@@ -274,6 +274,14 @@ class GuestProcess:
             os.killpg(self._process.pid, signal.SIGKILL)
 
 
+def own_peak_memory() -> int | None:
+    """Most bytes resident in this process so far, if the kernel tells; `ru_maxrss` begins with the parent's."""
+    try:
+        return _kilobytes(Path("/proc/self/status").read_bytes(), b"VmHWM:")
+    except (OSError, ValueError):
+        return None
+
+
 def _kilobytes(status: bytes, key: bytes) -> int:
     return int(status[status.index(key) + len(key) :].split(maxsplit=1)[0]) * 1024
 
