@@ -94,16 +94,17 @@ def test_a_folder_that_cannot_be_written_is_named(build, tmp_path):
         write_metrics(tmp_path, metrics)
 
 
-def test_a_damaged_line_in_the_middle_takes_the_run_out_and_a_cut_off_last_line_does_not(build, tmp_path):
+def test_neither_a_damaged_line_nor_a_cut_off_last_one_takes_the_run_out(build, tmp_path):
     for name in ("middle", "end"):
         journal = two_rounds(build(name, goals=1, rounds=2)).write() / "journal.jsonl"
         lines = journal.read_bytes().splitlines(keepends=True)
         lines[3 if name == "middle" else -1] = b'{"event":"arr' + (b"\n" if name == "middle" else b"")
         journal.write_bytes(b"".join(lines))
     metrics = evaluate_runs([tmp_path / "results"])
-    assert [(run.directory, run.journal_truncated) for run in metrics.runs] == [("end", True)]
-    (left,) = metrics.left_out
-    assert "journal.jsonl, line 4" in left.reason
+    assert [(run.directory, run.journal_truncated) for run in metrics.runs] == [("end", True), ("middle", False)]
+    assert [len(run.journal_damaged) for run in metrics.runs] == [0, 1]
+    assert "journal.jsonl, line 4" in metrics.runs[1].journal_damaged[0]
+    assert not metrics.left_out
 
 
 def test_one_run_alone_is_evaluated_and_compared_with_nothing(build, tmp_path):

@@ -62,6 +62,8 @@ def evaluate(
         typer.echo(f"{len(metrics.runs):,} runs are too many for a table: they are in metrics.json.")
     elif metrics.runs:
         _print_summary(console, metrics)
+    for said in (sentence for run in metrics.runs for sentence in run.journal_damaged):
+        typer.echo(f"Damaged: {said}", err=True)
     for left in metrics.left_out:
         typer.echo(f"Left out {directory / left.directory}: {left.reason}", err=True)
     typer.echo(f"Metrics: {path}")

@@ -75,7 +75,7 @@ def _each_run(
     left_out += [LeftOut(directory=name, reason="half-written: stopped, or still under way") for name in partial]
     for name in sorted(found):
         try:
-            record = load_run(found[name])
+            record = load_run(found[name], damaged=True)
             metrics = run_metrics(record, name, deviations)
         except RecordError as error:
             left_out.append(LeftOut(directory=name, reason=str(error)))

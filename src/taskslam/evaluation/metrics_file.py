@@ -195,6 +195,7 @@ class RunMetrics(_Part):
 
     planned_waypoints: those that can be judged. truth_frame: `waypoint` where true poses have no place in `map`: then
     accuracy and the share of estimation are not defined. planner: the local one, null where it is not known.
+    journal_damaged: a sentence with file and line for every line of the journal that could not be used.
     by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
     """
 
@@ -229,6 +230,7 @@ class RunMetrics(_Part):
     dropped_frames: int
     notices: int
     journal_truncated: bool
+    journal_damaged: tuple[str, ...] = ()
     truth_frame: Literal["map", "waypoint"] = "map"
     planner: str | None = None
     by_definition: Headline | None = None

@@ -3,7 +3,8 @@
 Which rounds count: all but the priming round, which is excluded exactly once, by its own mark in the journal
 (protocol D0.3, 7.3 #4). Arrivals are keyed by goal index, never by the order of visiting (5.9 e). M is the number of
 rounds planned, so a round that never began counts as missed (7.3 #17). An arrival whose pose the measurement of a real
-robot lost is missing data (`missing.py`): its waypoint is judged on the rounds that are left, if they are two.
+robot lost, or a damaged journal, is missing data (`missing.py`): its waypoint is judged on the rounds that are left, if
+they are two.
 """
 
 from __future__ import annotations
@@ -38,7 +39,10 @@ from taskslam.evaluation.uncertainty import Sample, uncertainty
 from taskslam.evaluation.upstream import NONE, Deviation, Deviations
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
-from taskslam.record import Arrival, GoalFailed, Manifest, MethodNotice, RoundEnded, RoundStarted, RunRecord
+from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, RoundStarted, RunRecord
+
+FEWEST = 2
+"""Rounds below which a waypoint with missing data is not judged."""
 
 FARTHEST = 1e7
 """Metres. What lies farther away than the pole from the equator is no place, and its square is soon no number."""
@@ -63,9 +67,11 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
     manifest = record.manifest
     counted, planned_rounds = _counted_rounds(record.rounds(), manifest.rounds, deviations)
     per_waypoint, complete_truths = _waypoints(
-        manifest, _arrivals(record, counted, deviations), counted, planned_rounds, deviations
+        record, _arrivals(record, counted, deviations), counted, planned_rounds, deviations
     )
     judged = [waypoint for waypoint in per_waypoint if waypoint.unjudged is None]
+    if not judged:
+        raise RecordError(f"{record.directory}: none of the waypoints can be judged: {per_waypoint[0].unjudged}")
     complete = [waypoint for waypoint in per_waypoint if waypoint.complete]
     failures = _failures(record)
     rounds = _round_summaries(record)
@@ -123,6 +129,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         dropped_frames=sum(summary.dropped_frames for summary in rounds),
         notices=sum(isinstance(event, MethodNotice) for event in record.events),
         journal_truncated=record.truncated,
+        journal_damaged=record.damaged,
         truth_frame=manifest.truth_frame,
         planner=manifest.planner,
     )
@@ -135,8 +142,6 @@ def _check(record: RunRecord) -> None:
         raise RecordError(
             f"{where}: an open-loop replay has no goals: `taskslam evaluate-trajectories` judges it per frame"
         )
-    if len(manifest.unjudged) == goals:
-        raise RecordError(f"{where}: none of the waypoints can be judged: {next(iter(manifest.unjudged.values()))}")
     numbers = [start.round for start in record.rounds()]
     if len(set(numbers)) != len(numbers):
         raise RecordError(f"{where}: the journal starts a round twice; expected every round number once")
@@ -191,7 +196,7 @@ def _arrivals(record: RunRecord, counted: Sequence[int], deviations: Deviations)
 
 
 def _waypoints(
-    manifest: Manifest,
+    record: RunRecord,
     arrivals: Mapping[tuple[int, int], Arrival],
     counted: Sequence[int],
     rounds: int,
@@ -201,8 +206,9 @@ def _waypoints(
 
     NaN where the measurement lost one; None if one is not known for another reason.
     """
+    manifest = record.manifest
     table = [[arrivals.get((goal, number)) for number in counted] for goal in range(len(manifest.goals))]
-    lost = [_lost(manifest, row) if goal not in manifest.unjudged else 0 for goal, row in enumerate(table)]
+    lost = [_lost(record, row) if goal not in manifest.unjudged else 0 for goal, row in enumerate(table)]
     truths, estimates = _poses(table, "truth"), _poses(table, "estimate")
     targets = np.array([(target.x, target.y, target.theta) for target in manifest.goals])
     # Poses in frames of their own say nothing about a goal or an estimate in `map`.
@@ -234,13 +240,16 @@ def _waypoints(
     for goal, row in enumerate(table):
         visits = tuple(_visit(arrival) for arrival in row if arrival is not None)
         measured, of = len(visits) - lost[goal], rounds - lost[goal]
+        unjudged = manifest.unjudged.get(goal)
+        if lost[goal] and measured == of and measured < FEWEST:
+            unjudged = f"{measured} of {rounds} rounds known, {FEWEST} needed"
         found.append(
             WaypointMetrics(
                 goal=goal,
                 target=tuple(targets[goal].tolist()),
                 visits=measured,
                 rounds=of,
-                complete=is_complete(measured, of) and goal not in manifest.unjudged,
+                complete=is_complete(measured, of) and unjudged is None,
                 position=Position(precision_m=numbers["E"][goal], accuracy_m=numbers["e"][goal]),
                 precision_rms_m=numbers["rms"][goal],
                 orientation=Orientation(precision_rad=numbers["Delta"][goal], accuracy_rad=numbers["delta"][goal]),
@@ -249,7 +258,7 @@ def _waypoints(
                 control=control[goal],
                 estimation=estimation[goal],
                 arrivals=visits,
-                unjudged=manifest.unjudged.get(goal),
+                unjudged=unjudged,
             )
         )
     complete = [waypoint.complete for waypoint in found]
@@ -258,11 +267,15 @@ def _waypoints(
     return tuple(found), truths[complete].transpose(1, 0, 2) if whole else None
 
 
-def _lost(manifest: Manifest, row: Sequence[Arrival | None]) -> int:
-    """Arrivals of one waypoint that the measurement lost: the robot said that it stood there, and no image decides."""
-    if manifest.source != "measured":
-        return 0  # a run without any truth was not measured
-    return sum(arrival is not None and arrival.truth is None for arrival in row)
+def _lost(record: RunRecord, row: Sequence[Arrival | None]) -> int:
+    """Arrivals of one waypoint that are missing data: no image decides, or the journal is damaged.
+
+    Not those of a run without any truth, which was not measured.
+    """
+    arrivals = [arrival for arrival in row if arrival is not None and arrival.truth is None]
+    if record.manifest.source == "measured":
+        return len(arrivals)
+    return sum((arrival.round, arrival.goal) in record.lost for arrival in arrivals)
 
 
 def _to_planned_rounds(planned: int, left: int) -> float:

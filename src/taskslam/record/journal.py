@@ -66,21 +66,43 @@ class Journal:
     truncated: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class JournalLine:
+    """A line by its number, from 1. event: what it says, or the reason why it cannot be read."""
+
+    number: int
+    event: Event | str
+
+
 def read_journal(path: Path) -> Journal:
     """Read a journal. Raises RecordError naming file and line for anything but a cut-off last line."""
+    lines, truncated = read_lines(path)
+    events: list[Event] = []
+    for line in lines:
+        if isinstance(line.event, str):
+            raise RecordError(f"{path}, line {line.number}: {line.event}")
+        events.append(line.event)
+    return Journal(tuple(events), truncated)
+
+
+def read_lines(path: Path) -> tuple[list[JournalLine], bool]:
+    """Every line of a journal, damaged or not, and whether a last one was cut off, which is left out.
+
+    Raises RecordError if there is no such file.
+    """
     try:
         data = path.read_bytes()
     except OSError as error:
         raise RecordError(f"{path}: the journal cannot be read: {error.strerror}") from None
-    events: list[Event] = []
+    lines: list[JournalLine] = []
     for number, line, whole in _lines(data):
         try:
-            events.append(decode_event(line))
+            lines.append(JournalLine(number, decode_event(line)))
         except RecordError as error:
             if not whole:
-                return Journal(tuple(events), truncated=True)
-            raise RecordError(f"{path}, line {number}: {error}") from None
-    return Journal(tuple(events))
+                return lines, True
+            lines.append(JournalLine(number, str(error)))
+    return lines, False
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, bytes, bool]]:

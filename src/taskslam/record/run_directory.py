@@ -29,8 +29,9 @@ from taskslam.errors import RecordError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.files import sync_folder, write_whole, writing
-from taskslam.record.journal import JournalWriter, read_journal
+from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import RUN_FORMAT, Manifest
+from taskslam.record.salvage import salvage
 from taskslam.record.trajectories import SpatialTrajectory, Trajectory, read_trajectory, write_trajectory
 
 MANIFEST, JOURNAL, METHOD_LOG = "run.json", "journal.jsonl", "method.log"
@@ -146,12 +147,18 @@ class RunWriter:
 
 @dataclass(frozen=True)
 class RunRecord:
-    """A finished run, read back. truncated: the journal's last line was cut off."""
+    """A finished run, read back. truncated: the journal's last line was cut off.
+
+    damaged: a sentence for every line of the journal that could not be used; lost: rounds and goals of arrivals that
+    went with them (`salvage.py`).
+    """
 
     directory: Path
     manifest: Manifest
     events: tuple[Event, ...]
     truncated: bool = False
+    damaged: tuple[str, ...] = ()
+    lost: frozenset[tuple[int, int]] = frozenset()
 
     def rounds(self) -> tuple[RoundStarted, ...]:
         """The rounds that were begun, in order, the priming round included."""
@@ -165,8 +172,11 @@ class RunRecord:
         return read_trajectory(path)
 
 
-def load_run(directory: Path) -> RunRecord:
-    """Read a run directory. Raises RecordError naming the file, the place in it and what was expected."""
+def load_run(directory: Path, damaged: bool = False) -> RunRecord:
+    """Read a run directory. Raises RecordError naming the file, the place in it and what was expected.
+
+    damaged: whether to take a journal with damaged lines, and make the best of it.
+    """
     path = directory / MANIFEST
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -178,8 +188,13 @@ def load_run(directory: Path) -> RunRecord:
         raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
         raise RecordError(f"{path}: expected a JSON object, but {error}") from None
-    journal = read_journal(directory / JOURNAL)
-    return RunRecord(directory, validate_manifest(content, path), journal.events, journal.truncated)
+    manifest = validate_manifest(content, path)
+    if not damaged:
+        journal = read_journal(directory / JOURNAL)
+        return RunRecord(directory, manifest, journal.events, journal.truncated)
+    lines, truncated = read_lines(directory / JOURNAL)
+    found = salvage(lines, manifest, directory / JOURNAL)
+    return RunRecord(directory, manifest, found.events, truncated, found.damaged, found.lost)
 
 
 def validate_manifest(content: object, path: Path) -> Manifest:
