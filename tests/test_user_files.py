@@ -93,6 +93,14 @@ def cart(tmp_path: Path, text: str | bytes) -> Cart:
         ),
         ("name: a\nwheels: []\nsize: [1]", "size: expected more than 1 entries (got [1])"),
         ("name: a\nwheels: [{radius: 1}]", "a cart on one wheel falls over"),
+        ('name: a\nwheels: []\n"two\\nlines": 3', "unknown key 'two lines'; expected one of"),
+        ("name: a\nwheels: [3]", "wheels.0: should hold the keys radius, side, tread (got 3)"),
+        ("name: a\nwheels: 3", "wheels: should be a list (got 3)"),
+        ("name: a\nwheels: []\nmotors: 3", "motors: should be keys with values (got 3)"),
+        (
+            "name: a\nwheels: []\ntread: 3",
+            "unknown key 'tread'; expected one of name, wheels, motors, spare, size. Did you mean 'spare.tread'?",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence_with_file_and_key(tmp_path, text, sentence):
@@ -160,6 +168,7 @@ def test_anything_is_a_cart_or_one_sentence(tmp_path, content):
     else:
         return
     assert told.startswith(f"{tmp_path / 'cart.yaml'}: ")
+    assert "\n" not in told
 
 
 @settings(max_examples=200, deadline=None)

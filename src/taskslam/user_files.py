@@ -14,7 +14,7 @@ from dataclasses import dataclass, is_dataclass
 from importlib import resources
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, NoReturn, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -65,14 +65,14 @@ def value_of(text: str, where: str, error: type[TaskSlamError]) -> Any:
             return None
         _size(node, {})
         return loader.construct_document(node)
-    except yaml.MarkedYAMLError as fault:
-        line = f"line {fault.problem_mark.line + 1}: " if fault.problem_mark else ""
-        _refuse(where, line + (fault.problem or fault.context or "broken"), error)
-    except RecursionError:
-        _refuse(where, "nested too deeply", error)
-    # The constructor lets these out for a date without such a day, `!!int ""`, a number of 5000 digits.
-    except (yaml.YAMLError, ValueError, LookupError, AttributeError, TypeError) as fault:
-        _refuse(where, str(fault).partition("\n")[0], error)
+    # Beside YAMLError, the constructor lets these out: for a date without such a day, `!!int ""`, 5000 digits.
+    except (yaml.YAMLError, RecursionError, ValueError, LookupError, AttributeError, TypeError) as fault:
+        why = str(fault).partition("\n")[0]
+        if isinstance(fault, yaml.MarkedYAMLError) and fault.problem_mark is not None:
+            why = f"line {fault.problem_mark.line + 1}: {fault.problem}"
+        elif isinstance(fault, RecursionError):
+            why = "nested too deeply"
+        raise error(f"{where}: not valid YAML: {' '.join(why.split())[:200]}") from None
 
 
 def check(model: type[Model], content: Mapping[str, Any], where: str, error: type[TaskSlamError]) -> Model:
@@ -86,30 +86,25 @@ def check(model: type[Model], content: Mapping[str, Any], where: str, error: typ
 def complaint(error: ValidationError, model: type[BaseModel] = BaseModel) -> str:
     """What is wrong, in one sentence with its key; an unknown key that looks like a known one comes first.
 
-    model: whose keys are known.
-    A missing key is told with its field's description, if it has one.
+    model: whose keys are known. A missing key is told with its field's description, if it has one.
     """
     faults = error.errors(include_url=False)
-    guesses = (fault for fault in faults if fault["type"] == "extra_forbidden" and "Did you" in _unknown(model, fault))
-    first = next(guesses, faults[0])
-    key, _ = _follow(model, first["loc"])
-    if first["type"] == "extra_forbidden":
-        return _unknown(model, first)
+    unknown = [_unknown(model, fault["loc"]) for fault in faults if fault["type"] == "extra_forbidden"]
+    guessed = [words for words in unknown if words.endswith("?")]
+    first, parents = faults[0], faults[0]["loc"][:-1]
+    if guessed or first["type"] == "extra_forbidden":
+        return (guessed or unknown)[0]
+    key, inside = _follow(model, first["loc"])
+    got = "" if isinstance(first["input"], dict) else f" (got {reprlib.repr(first['input'])})"
+    if first["type"] == "missing" and isinstance(last := first["loc"][-1], int):
+        return f"{'.'.join(map(str, parents))}: expected more than {last} entries{got}"
     if first["type"] == "missing":
-        *parents, last = first["loc"]
-        if isinstance(last, int):
-            return (
-                f"{'.'.join(map(str, parents))}: expected more than {last} entries (got {reprlib.repr(first['input'])})"
-            )
-        inside = _follow(model, parents)[1]
-        why = inside.model_fields[last].description if inside and last in inside.model_fields else None
+        holder = _follow(model, parents)[1]
+        why = holder.model_fields[str(last)].description if holder and last in holder.model_fields else None
         return f"the key '{key}' is missing" + (f": {why}" if why else "")
     # A value that may be of several kinds has a fault for each.
-    alike = (fault["msg"] for fault in faults if _follow(model, fault["loc"])[0] == key)
-    wrong = ", or ".join(
-        dict.fromkeys(message.removeprefix("Value error, ").removeprefix("Input ") for message in alike)
-    )
-    got = "" if isinstance(first["input"], dict) else f" (got {reprlib.repr(first['input'])})"
+    alike = dict.fromkeys(_words(fault, inside) for fault in faults if _follow(model, fault["loc"])[0] == key)
+    wrong = ", or ".join(alike)
     return f"{key}: {wrong}{got}" if key else wrong
 
 
@@ -168,10 +163,6 @@ def _text(path: Path, what: str, error: type[TaskSlamError]) -> str:
     raise error(f"{path}: larger than 1 MB; expected a YAML file that describes the {what}")
 
 
-def _refuse(where: str, why: str, error: type[TaskSlamError]) -> NoReturn:
-    raise error(f"{where}: not valid YAML: {' '.join(why.split())[:200]}") from None
-
-
 def _size(node: yaml.Node, known: dict[int, int]) -> int:
     """How many values there are with every alias written out. Raises MarkedYAMLError where it is too many."""
     size = known.get(id(node))
@@ -198,12 +189,25 @@ def _children(node: yaml.Node) -> list[yaml.Node]:
     return node.value if isinstance(node, yaml.SequenceNode) else []
 
 
-def _unknown(model: type[BaseModel], fault: Mapping[str, Any]) -> str:
-    *parents, last = fault["loc"]
-    key, inside = _follow(model, parents)
-    known = list(inside.model_fields) if inside else []
-    listed = f"; expected one of {', '.join(known)}" if known else ""
-    return f"unknown key '{'.'.join(filter(None, (key, str(last))))}'{listed}.{did_you_mean(str(last), known)}"
+def _unknown(model: type[BaseModel], location: Sequence[int | str]) -> str:
+    key, inside = _follow(model, location[:-1])
+    fields, wrong = inside.model_fields if inside else {}, _shown(location[-1])
+    deeper = {
+        f"{name}.{wrong}": field
+        for name, field in fields.items()
+        if _is_model(part := _plain(field.annotation)) and wrong in part.model_fields
+    }
+    hint = did_you_mean(next(iter(deeper), wrong), deeper or fields)
+    listed = f"; expected one of {', '.join(fields)}" if fields else ""
+    return f"unknown key '{'.'.join(filter(None, (key, wrong)))}'{listed}.{hint}"
+
+
+def _words(fault: Mapping[str, Any], inside: type[BaseModel] | None) -> str:
+    if fault["type"] in ("model_type", "dict_type"):
+        return f"should hold {keys_of(inside)}" if inside else "should be keys with values"
+    if fault["type"] in ("tuple_type", "list_type"):
+        return "should be a list"
+    return str(fault["msg"]).removeprefix("Value error, ").removeprefix("Input ")
 
 
 def _follow(model: type[BaseModel], location: Sequence[int | str]) -> tuple[str, type[BaseModel] | None]:
@@ -224,9 +228,13 @@ def _follow(model: type[BaseModel], location: Sequence[int | str]) -> tuple[str,
             continue
         else:
             kind = None
-        keys.append(str(part))
+        keys.append(_shown(part))
     kind = _plain(kind)
     return ".".join(keys), kind if _is_model(kind) else None
+
+
+def _shown(key: int | str) -> str:
+    return " ".join(str(key).split())[:60]
 
 
 def _is_model(kind: Any) -> bool:
