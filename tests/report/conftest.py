@@ -26,8 +26,11 @@ def write_run(
     method="karto",
     mode="without-map",
     rounds=3,
+    driven=None,
     failed=False,
     failed_goal=2,
+    outcome=Outcome.NO_PLAN,
+    slam_off=0.0,
     truth=True,
     plan=True,
     title="Test house",
@@ -38,17 +41,18 @@ def write_run(
 ):
     """A synthetic run.
 
-    failed: the last round fails at failed_goal; spread: of the arrivals, metres; card, manifest: what they hold beside
-    the usual.
+    driven: rounds that began, where not all did; failed: the last of them fails at failed_goal by this outcome, with
+    SLAM so many metres off; spread: of the arrivals, metres; card, manifest: what they hold beside the usual.
     """
     rng = np.random.default_rng(5)
     with RunWriter(directory) as run:
         if plan:
             save_floor_plan(floor_plan(), run.folder / "plan.yaml", image="png")
         t = 0
-        for number in range(rounds + (mode == "with-map")):
+        last = (rounds if driven is None else driven) + (mode == "with-map") - 1
+        for number in range(last + 1):
             run.event(RoundStarted(t, number, priming=mode == "with-map" and number == 0))
-            outcome = Outcome.REACHED
+            ended = Outcome.REACHED
             for goal, target in enumerate(GOALS):
                 run.event(GoalStarted(t, number, goal, target))
                 for step in range(30):
@@ -56,14 +60,14 @@ def write_run(
                     at = SE2(target.x - 1 + step / 30, target.y, target.theta)
                     run.pose("truth", number, t, at)
                     run.pose("estimate", number, t, SE2(at.x + 0.01, at.y, at.theta))
-                if failed and number == rounds - 1 and goal == failed_goal:
-                    outcome = Outcome.NO_PLAN
-                    run.event(GoalFailed(t, number, goal, target, outcome, "<b>no plan</b> & so", at, at, at))
+                if failed and number == last and goal == failed_goal:
+                    ended, belief = outcome, SE2(at.x + slam_off, at.y, at.theta)
+                    run.event(GoalFailed(t, number, goal, target, outcome, "<b>no plan</b> & so", at, belief, at))
                     break
                 stop = target @ SE2(-0.1 + spread * rng.normal(), spread * rng.normal(), 0.02 * rng.normal())
                 belief = stop @ SE2(0.01, 0.0, 0.0)
                 run.event(Arrival(t, number, goal, target, stop if truth else None, belief, None))
-            run.event(RoundEnded(t, number, outcome, frames=200, dropped_frames=4))
+            run.event(RoundEnded(t, number, ended, frames=200, dropped_frames=4))
         run.event(RunEnded(t, complete=not failed))
         run.finish(
             {

@@ -43,3 +43,11 @@ def test_references_are_compared_with_nobody(make_run, tmp_path):
         make_run(name, method=name, card=card)
     (view,) = comparison_views(read_results([tmp_path / "results"])).values()
     assert [row.name for row in view.rows] == ["a", "b"]
+
+
+def test_a_method_that_completed_nothing_has_no_empty_row(make_run, tmp_path):
+    for name, goal in (("a", 2), ("b", 2), ("none", 0)):
+        make_run(name, method=name, failed=True, failed_goal=goal)
+    (view,) = comparison_views(read_results([tmp_path / "results"])).values()
+    assert [row.name for row in view.rows] == ["a", "b"]
+    assert view.uncompared == 2

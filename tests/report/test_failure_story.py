@@ -1,9 +1,12 @@
+import re
+
 import numpy as np
 import pytest
 
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
 from taskslam.record import GoalFailed, GoalStarted, MethodNotice, RoundStarted, Trajectory
+from taskslam.report import words, write_report
 from taskslam.report.failure_story import failure_story
 
 SECOND = 1_000_000_000
@@ -104,3 +107,24 @@ def test_a_long_story_is_shortened_in_its_middle_and_a_long_text_cut():
     assert len(told.steps) == 13  # twelve and the failure
     assert "and 17 more notices" in str(lines(told))
     assert len(told.steps[-1].text) == 200
+
+
+KINDS = [outcome for outcome in Outcome if outcome.blames in ("navigation", "method")]
+
+
+@pytest.mark.parametrize("outcome", KINDS, ids=str)
+def test_every_kind_of_failure_says_where_and_why_on_the_page(make_run, tmp_path, outcome):
+    make_run("odd", failed=True, outcome=outcome, slam_off=0.43)
+    page = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    (story,) = re.findall(r'<details class="story".*?</details>', page, re.DOTALL)
+    said = " ".join(re.sub(r"<[^>]+>", " ", story).split())
+    assert f"round 3, waypoint 3: {words.outcome(outcome.value)} · SLAM 43.0 cm off" in said
+    assert "truly at (5.97, 4.00) m, as SLAM has it at (6.40, 4.00) m" in said
+    assert "SLAM puts the robot 43.0 cm and 0.00° from where it truly is" in said
+    assert "&lt;b&gt;no plan&lt;/b&gt; &amp; so" in said
+    assert ("what it printed: odd/method.log" in said) == (outcome.blames == "method")
+    assert ("reported by navigation" in said) == (outcome.blames == "navigation")
+
+
+def test_without_a_true_pose_the_page_does_not_say_how_far_slam_was_off():
+    assert not [step for step in story().steps if step.text.startswith("SLAM puts")]

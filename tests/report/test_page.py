@@ -104,7 +104,7 @@ def test_failures_are_shown_with_where_and_why_and_escaped(page):
     assert "&lt;b&gt;no plan&lt;/b&gt; &amp; so" in text
     assert "<b>no plan</b>" not in text
     assert "no path to the goal" in text
-    assert "5.97, 4.00 m" in text
+    assert "(5.97, 4.00) m" in text
 
 
 def test_priming_rounds_are_named_and_the_others_counted_from_one(page):

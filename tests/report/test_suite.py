@@ -70,7 +70,7 @@ def test_the_table_is_ordered_by_completeness_and_says_what_is_missing(page):
     assert [row[0].split()[0] for row in rows] == ["karto", "hector", "kiss_icp"]
     assert [row[1] for row in rows] == ["2 of 2", "2 of 2", "1 of 2"]
     assert [row[2].rsplit(" ", 2)[0] for row in rows] == ["100 % 6/6", "83 % 5/6", "50 % 3/6"]
-    assert rows[1][8] == "1 no plan"
+    assert rows[1][8] == "no path to the goal (1×)"
 
 
 def test_at_equal_completeness_the_more_precise_method_comes_first(make_run, tmp_path):

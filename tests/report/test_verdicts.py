@@ -53,6 +53,27 @@ def test_a_method_that_lacks_a_mode_is_named(make_run, verdicts):
     assert "a has no run in this mode." in said
 
 
+def test_a_run_that_ended_in_its_priming_round_is_said(make_run, verdicts):
+    make_run("a", method="a", mode="with-map")
+    make_run("b", method="b", mode="with-map")
+    make_run("c", method="c", mode="with-map", failed=True, driven=0)
+    assert "c reached 0 of 3 waypoints every time: no path to the goal (1×); 1 run ended in the priming round." in (
+        verdicts()
+    )
+
+
+@pytest.mark.parametrize(
+    ("driven", "said"),
+    [
+        (0, "The run ended in its priming round, so that no round was driven."),
+        (2, "No waypoint was reached in all 3 rounds: only 2 of them were driven, so there is no precision to state."),
+    ],
+)
+def test_a_run_says_how_far_it_got(make_run, tmp_path, driven, said):
+    make_run(mode="with-map", failed=True, driven=driven)
+    assert said in write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+
+
 def test_names_are_escaped(make_run, tmp_path):
     for name in "ab":
         make_run(name, method=f"<i>{name}")

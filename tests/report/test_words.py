@@ -11,6 +11,13 @@ def test_centimetres_show_the_decimals_that_matter(metres, text):
     assert words.centimetres(metres) == text
 
 
+def test_outcomes_are_counted_the_most_frequent_first():
+    assert words.outcomes({"bumped": 1, "no_plan": 3, "crashed": 1}) == (
+        "no path to the goal (3×), bumped into something (1×), the method crashed (1×)"
+    )
+    assert words.outcomes({}) == ""
+
+
 def test_every_outcome_that_can_reach_the_page_has_words():
     for outcome in Outcome:
         if outcome.blames != "infrastructure":

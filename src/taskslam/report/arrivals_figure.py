@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -157,7 +158,7 @@ def _draw_inset(svg: Svg, truths: list[SE2], tolerance: float) -> None:
     reach = max((max(abs(truth.x), abs(truth.y)) for truth in truths), default=0.0)
     window = _Window(_SIZE - _INSET - 6, _SIZE + 6.0, _INSET, (0.0, 0.0), 1.15 * max(tolerance, reach))
     goal = window.place(0.0, 0.0)
-    dashed = {"stroke": palette.MUTED, "stroke_width": 0.8, "stroke_dasharray": "2 2"}
+    dashed: dict[str, Any] = {"stroke": palette.MUTED, "stroke_width": 0.8, "stroke_dasharray": "2 2"}
     svg.circle(*goal, tolerance * window.scale, fill=palette.TINT, **dashed)
     _draw_goal(svg, *goal, 0.55)
     for truth in truths:

@@ -63,7 +63,7 @@ def comparison_views(results: Results) -> dict[str, ComparisonView]:
     views = {}
     for mode in MODES:
         own = [pair for pair in compared if pair.mode == mode]
-        names = {name for pair in own for name in (pair.a, pair.b)}
+        names = {name for pair in own if pair.waypoints for name in (pair.a, pair.b)}
         if own:
             views[mode] = _view(mode, [method for label, method in methods.items() if label in names], own)
     return views

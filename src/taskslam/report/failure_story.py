@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from taskslam.geometry import FloatArray
+from taskslam.geometry import FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS
 from taskslam.record import Event, GoalFailed, GoalStarted, MethodNotice, RoundStarted, Trajectory
 from taskslam.report import words
@@ -55,6 +55,7 @@ def failure_story(failure: GoalFailed, events: Sequence[Event], tracks: Tracks, 
     speed, error = _speed(truth, failure.t, times), _error(truth, estimate, failure.t, times)
     steps = [*_from_journal(failure, events, began), *_from_tracks(failure.t, began, truth, estimate, tolerance_m)]
     steps.sort(key=lambda step: -step.before_s)
+    steps += _belief(failure)
     end = Step(0.0, _cut(failure.detail) or words.outcome(failure.outcome.value), "failure")
     return Story(
         steps=(*_shortened(steps), end),
@@ -127,6 +128,14 @@ def _from_tracks(end: int, began: int, truth: Trajectory, estimate: Trajectory, 
     moving = np.flatnonzero(_speed(truth, end, before) > _STILL)
     if len(moving) and -before[moving[-1]] > 1.0:
         yield Step(float(-before[moving[-1]]), "the robot comes to a stand", "measured")
+
+
+def _belief(failure: GoalFailed) -> Iterator[Step]:
+    """How far off SLAM was when the goal failed: navigation knew nothing else."""
+    if failure.truth is not None and failure.estimate is not None:
+        off = words.length(failure.truth.distance_to(failure.estimate))
+        turn = words.degrees(abs(wrap_angle(failure.truth.theta - failure.estimate.theta)))
+        yield Step(0.0, f"SLAM puts the robot {off} and {turn}° from where it truly is", "measured")
 
 
 def distance_to_truth(truth: Trajectory, estimate: Trajectory) -> FloatArray:

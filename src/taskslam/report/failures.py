@@ -18,9 +18,13 @@ from taskslam.world import FloorPlan
 
 @dataclass(frozen=True)
 class FailureView:
-    """One failed goal with its story. place: the map around it; last_seconds: speed and error; None where unknown."""
+    """One failed goal with its story. off_m: from where SLAM put the robot to where it was; None where unknown.
+
+    place: the map around it; last_seconds: speed and error.
+    """
 
     failure: Failure
+    off_m: float | None
     steps: tuple[Step, ...]
     place: Markup | None
     last_seconds: Markup | None
@@ -39,6 +43,7 @@ def failure_views(
         views.append(
             FailureView(
                 failure=failure,
+                off_m=event.truth.distance_to(event.estimate) if event.truth and event.estimate else None,
                 steps=story.steps,
                 place=story_figure(plan, event, story, manifest.robot_diameter),
                 last_seconds=last_seconds_figure(story, tolerance),

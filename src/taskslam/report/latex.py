@@ -135,8 +135,8 @@ def _method_row(result: MethodResult, best: Sequence[frozenset[str]]) -> str:
     if pooled.missing_runs:
         name += f" ({pooled.runs} of {pooled.planned_runs} runs)"
     cells = [column.cell(result, labels) for column, labels in zip(_COLUMNS, best, strict=True)]
-    failures = ", ".join(f"{count} {words.outcome(kind)}" for kind, count in pooled.failures_by_kind.items())
-    return _row([name, *cells, escape(failures) or "none", escape(words.plain(pooled.real_time_factor, 1))])
+    failures = words.outcomes(pooled.failures_by_kind) or "none"
+    return _row([name, *cells, escape(failures), escape(words.plain(pooled.real_time_factor, 1))])
 
 
 def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bool) -> str:

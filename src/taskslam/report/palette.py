@@ -75,5 +75,5 @@ def style_sheet() -> str:
     light, dark = (" ".join(f"--{name}: {pair[ground]};" for name, pair in PAGE.items()) for ground in (0, 1))
     return (
         f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{\n"
-        f"  :root {{ color-scheme: dark; {dark} }}\n  .plan {{ filter: invert(0.88) hue-rotate(180deg); }}\n}}"
+        f"  :root {{ color-scheme: dark; {dark} }}\n  .plan {{ filter: invert(0.92) hue-rotate(180deg); }}\n}}"
     )

@@ -68,6 +68,11 @@ class Run:
         return Units(self.manifest.robot_diameter, self.manifest.field_of_view)
 
     @property
+    def rounds_driven(self) -> int:
+        """Rounds that began; not the priming round."""
+        return sum(not summary.priming for summary in self.metrics.round_summaries)
+
+    @property
     def rank(self) -> tuple[int, Rank, int]:
         """Sorts by mode, then as methods are sorted."""
         metrics = self.metrics

@@ -9,7 +9,7 @@ from markupsafe import Markup, escape
 from taskslam.evaluation import RunMetrics
 from taskslam.report import words
 from taskslam.report.comparison_view import ComparisonView
-from taskslam.report.results import MethodResult
+from taskslam.report.results import MethodResult, Run
 from taskslam.report.units import Units
 
 _MOST_NAMES = 8
@@ -17,11 +17,15 @@ _ALIKE = 1.25  # two spreads within this ratio are not told apart: five rounds d
 _MOST_COMPARED = 3  # sentences about who beats whom; the rest is in the matrix
 
 
-def run_verdict(metrics: RunMetrics, units: Units) -> Markup:
+def run_verdict(run: Run) -> Markup:
     """One sentence on one run: did it get there every time, and how closely do the arrivals agree?"""
+    metrics = run.metrics
     rounds = "the one round" if metrics.rounds == 1 else f"all {metrics.rounds} rounds"
+    if run.rounds_driven == 0:
+        return escape("The run ended in its priming round, so that no round was driven.")
     if metrics.complete_waypoints == 0:
-        return escape(f"No waypoint was reached in {rounds}, so there is no precision to state.")
+        only = f": only {run.rounds_driven} of them were driven" if run.rounds_driven < metrics.rounds else ""
+        return escape(f"No waypoint was reached in {rounds}{only}, so there is no precision to state.")
     if metrics.complete_waypoints == metrics.planned_waypoints:
         reached = f"Every waypoint was reached in {rounds}"
     else:
@@ -29,7 +33,7 @@ def run_verdict(metrics: RunMetrics, units: Units) -> Markup:
     E = metrics.position.precision_m
     if E is None:
         return escape(f"{reached}. One round alone says nothing about precision.")
-    return Markup("{}; arrivals lie {} from their mean.").format(reached, units.length(E, with_unit=True))
+    return Markup("{}; arrivals lie {} from their mean.").format(reached, run.units.length(E, with_unit=True))
 
 
 def split(metrics: RunMetrics, units: Units) -> Markup:
@@ -122,10 +126,13 @@ def _more_repeatable_than(better: Sequence[str], worse: Sequence[str]) -> Markup
 def _fell_short(result: MethodResult) -> Markup:
     """How far a method came, and the reasons, the most frequent first."""
     pooled = result.pooled
-    kinds = sorted(pooled.failures_by_kind.items(), key=lambda item: (-item[1], item[0]))
-    reasons = ", ".join(f"{words.outcome(kind)} ({number}×)" for kind, number in kinds)
-    if pooled.missing_runs:
-        reasons = "; ".join(filter(None, [reasons, f"{words.count(pooled.missing_runs, 'run')} missing"]))
+    primed = sum(run.rounds_driven == 0 for run in result.runs)
+    parts = (
+        words.outcomes(pooled.failures_by_kind),
+        f"{words.count(primed, 'run')} ended in the priming round" if primed else "",
+        f"{words.count(pooled.missing_runs, 'run')} missing" if pooled.missing_runs else "",
+    )
+    reasons = "; ".join(filter(None, parts))
     return Markup("{} reached {} of {} waypoints every time{}.").format(
         bold(result.label), pooled.complete_waypoints, pooled.planned_waypoints, f": {reasons}" if reasons else ""
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 DASH = "–"
 _MODES = {"with-map": "with map", "without-map": "without map"}
@@ -10,12 +11,12 @@ _OUTCOMES = {
     "reached": "reached",
     "no_plan": "no path to the goal",
     "no_control": "no safe motion found",
-    "oscillation": "did not get on",
+    "oscillation": "made no progress",
     "bumped": "bumped into something",
     "goal_timeout": "took too long",
     "crashed": "the method crashed",
     "stalled": "the method hung",
-    "lost": "the method lost itself",
+    "lost": "the method was lost or silent",
     "invalid_output": "the method gave an invalid pose",
     "not_seen": "not where it said it was",
     "unrecorded": "not reached, nobody recorded why",
@@ -91,3 +92,9 @@ def mode(name: str) -> str:
 def outcome(name: str) -> str:
     """An outcome as a reader would say it."""
     return _OUTCOMES.get(name, name.replace("_", " "))
+
+
+def outcomes(by_kind: Mapping[str, int]) -> str:
+    """How often each outcome came, the most frequent first: `no path to the goal (3×), took too long (1×)`."""
+    kinds = sorted(by_kind.items(), key=lambda item: (-item[1], item[0]))
+    return ", ".join(f"{outcome(kind)} ({number}×)" for kind, number in kinds)
