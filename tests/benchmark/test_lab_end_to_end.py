@@ -1,8 +1,10 @@
-"""From rendered pictures to metrics: robots that stray, cameras that die."""
+"""From rendered pictures to metrics: tags on the ceiling; robots that stray, cameras that die."""
 
 from __future__ import annotations
 
 import csv
+import json
+import math
 import shutil
 from collections.abc import Callable
 from itertools import pairwise
@@ -11,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from taskslam.benchmark.lab_file import Lab
-from taskslam.benchmark.lab_folder import OUTSIDE_IN
+from taskslam.benchmark.lab_folder import INSIDE_OUT, OUTSIDE_IN
 from taskslam.benchmark.virtual_lab import photograph
 from taskslam.evaluation import evaluate_runs
-from taskslam.evaluation.metrics_file import RunMetrics
-from taskslam.geometry import SE2
+from taskslam.evaluation.metrics_file import RunMetrics, write_metrics
+from taskslam.geometry import SE2, wrap_angle
 from taskslam.record import RunRecord
 from taskslam.robot import load_robot
 from taskslam.world.loading import load_world
@@ -105,3 +107,41 @@ def test_a_camera_that_died_hides_no_absence(strayed: Path, tmp_path: Path) -> N
     metrics, _ = measured(folder, tmp_path / "out")
     waypoint = metrics.waypoints[11]
     assert (waypoint.complete, waypoint.unjudged, waypoint.visits, waypoint.rounds) == (False, None, 0, 1)
+
+
+def test_tags_on_the_ceiling_give_every_arrival_to_a_millimetre(drive: Drive, small_lab: Lab, tmp_path: Path) -> None:
+    """Two waypoints, two rounds, four tags over each; the robot sways about its wheels."""
+    from taskslam.realworld.measure import measure_inside_out
+    from taskslam.realworld.setup_file import InsideOutSetup, load_setup
+
+    goals = (3, 8)
+    sway = small_lab.sway.model_copy(update={"pivot": 0.0})
+    lab = small_lab.model_copy(update={"cameras": (), "tag": None, "sway": sway})
+    folder, out = tmp_path / "lab", tmp_path / "out"
+    run = drive(tmp_path / "run", goals, 2)
+    (setup,) = photograph(run, load_world("house"), load_robot("turtlebot2"), lab, folder)
+    assert setup.name == INSIDE_OUT
+    measure_inside_out(load_setup(setup, InsideOutSetup), out)
+    content = json.loads(write_metrics(out, evaluate_runs([out])).read_text())
+    (metrics,) = content["runs"]
+    assert (metrics["completeness"], metrics["complete_waypoints"], metrics["truth_frame"]) == (1.0, 2, "map")
+    assert [w["goal"] for w in metrics["waypoints"] if w["complete"]] == list(goals)
+
+    true = {
+        (int(row["round"]), int(row["waypoint"]) - 1): SE2(*(float(row[name]) for name in ("x", "y", "theta")))
+        for row in csv.DictReader((folder / "truth" / "arrivals.csv").open())
+    }
+    seen = {
+        (visit["round"], goal): SE2(*visit["truth"])
+        for goal in goals
+        for visit in metrics["waypoints"][goal]["arrivals"]
+    }
+    assert seen.keys() == true.keys()
+    for cell, pose in seen.items():
+        assert pose.distance_to(true[cell]) < 1e-3
+        assert abs(wrap_angle(pose.theta - true[cell].theta)) < math.radians(0.1)
+    for goal in goals:
+        apart = true[0, goal].distance_to(true[1, goal])
+        assert apart > 0.01  # so that there is something to measure
+        E = metrics["waypoints"][goal]["position"]["precision_m"]
+        assert abs(E - apart / 2) < 1e-3
