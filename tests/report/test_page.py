@@ -164,6 +164,14 @@ def test_a_journal_that_was_cut_off_is_said(make_run, tmp_path):
     assert "the last line was cut off" in text[text.index('<section id="left-out">') :]
 
 
+def test_a_damaged_line_of_a_journal_is_said(make_run, tmp_path):
+    journal = make_run() / "journal.jsonl"
+    lines = journal.read_text().splitlines(keepends=True)
+    journal.write_text("".join([*lines[:4], "{nonsense\n", *lines[5:]]))
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert text[text.index('<section id="left-out">') :].count("journal.jsonl, line 5") == 1
+
+
 def test_if_nothing_can_be_read_the_page_says_why(make_run, tmp_path):
     (make_run() / "journal.jsonl").write_text("nonsense\n")
     page = write_report([tmp_path / "results"], tmp_path / "r.html")

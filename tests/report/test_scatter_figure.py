@@ -43,5 +43,6 @@ def test_a_second_axis_counts_robot_diameters():
     assert " D<" not in str(scatter_figure([point], scatter_axis([point]), None, "test"))
 
 
-def test_no_method_at_all_leaves_empty_axes():
+def test_no_method_at_all_leaves_empty_axes_that_say_so():
     assert dots(figure()) == []
+    assert "no precision to show" in figure()

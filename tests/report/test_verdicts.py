@@ -44,6 +44,12 @@ def test_if_nobody_arrived_everywhere_the_one_who_came_furthest_is_named(make_ru
     assert verdicts()[0] == "No method reached every waypoint in every round; a came furthest with 67 %."
 
 
+def test_if_nobody_arrived_anywhere_nobody_is_praised(make_run, verdicts):
+    for name in "abc":
+        make_run(name, method=name, failed=True, failed_goal=0)
+    assert verdicts()[0] == "No method reached any waypoint in every round."
+
+
 def test_a_method_that_lacks_a_mode_is_named(make_run, verdicts):
     make_run("a", method="a")
     make_run("b", method="b", mode="with-map")

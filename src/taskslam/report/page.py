@@ -109,7 +109,7 @@ def _policy(style: str, script: str) -> str:
 def _damage(run: RunView) -> list[str]:
     """What could not be read of a run that is on the page."""
     cut = ["journal.jsonl: the last line was cut off"] if run.metrics.journal_truncated else []
-    return [*cut, *run.damage]
+    return [*cut, *run.metrics.journal_damaged, *run.damage]
 
 
 def _task_units(results: Results) -> str:

@@ -81,6 +81,9 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
     turn = math.degrees(math.atan2(side_h, side_w))
     svg.text(x, y - 6, "E = e", fill=palette.FAILURE, font_size=12, text_anchor="middle", class_="halo",
              transform=f"rotate(-{turn:.1f} {x:.1f} {y:.1f})")  # fmt: skip
+    if not points:
+        svg.text((left + right) / 2, (top + bottom) / 2, "no precision to show", fill=palette.MUTED, font_size=13,
+                 text_anchor="middle", class_="halo")  # fmt: skip
     places = [(x_of(point.accuracy_m), y_of(point.precision_m)) for point in points]
     names = [point.name for point in points]
     labels = place_labels(places, names, 8.0, 12.0, (left, top, right, bottom))

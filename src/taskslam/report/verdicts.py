@@ -82,6 +82,8 @@ def _arrived(methods: Sequence[MethodResult], units: Units) -> list[Markup]:
     of_all = words.count(len(methods), "method")
     if not complete:
         best = methods[0]
+        if not best.pooled.complete_waypoints:
+            return [escape("No method reached any waypoint in every round.")]
         share = words.percent(best.pooled.completeness)
         return [Markup("No method reached every waypoint in every round; {} came furthest with {} %.").format(
             bold(best.label), share)]  # fmt: skip
