@@ -232,8 +232,8 @@ def test_a_run_that_was_not_simulated_is_refused(run: RunRecord) -> None:
     ("text", "message"),
     [
         ("name: x\nscenario: house\n", "expected `tag` and `cameras`, or `ceiling`"),
-        ("name: x\nscenario: house\ncamera: {}\n", "camera: Extra inputs"),
-        ("- 1\n", "valid dictionary"),
+        ("name: x\nscenario: house\ncamera: {}\n", "unknown key 'camera'; expected one of name, "),
+        ("- 1\n", "not keys with values but a list"),
         (":\n\t", "not valid YAML"),
     ],
 )
