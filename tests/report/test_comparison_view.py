@@ -15,7 +15,9 @@ def views(make_run, tmp_path):
 def test_the_matrix_reads_row_over_column(views):
     (view,) = views.values()
     cells = {
-        (row.name, other.name): cell for row in view.rows for other, cell in zip(view.rows, row.cells, strict=True)
+        (row.label, other.label): cell
+        for row, cells in view.rows
+        for (other, _), cell in zip(view.rows, cells, strict=True)
     }
     assert cells["close", "far"].kind == "better"
     assert cells["far", "close"].kind == "worse"
@@ -42,12 +44,12 @@ def test_references_are_compared_with_nobody(make_run, tmp_path):
     for name, card in (("a", {}), ("b", {}), ("truth", {"kind": "reference"})):
         make_run(name, method=name, card=card)
     (view,) = comparison_views(read_results([tmp_path / "results"])).values()
-    assert [row.name for row in view.rows] == ["a", "b"]
+    assert [method.label for method, _ in view.rows] == ["a", "b"]
 
 
 def test_a_method_that_completed_nothing_has_no_empty_row(make_run, tmp_path):
     for name, goal in (("a", 2), ("b", 2), ("none", 0)):
         make_run(name, method=name, failed=True, failed_goal=goal)
     (view,) = comparison_views(read_results([tmp_path / "results"])).values()
-    assert [row.name for row in view.rows] == ["a", "b"]
+    assert [method.label for method, _ in view.rows] == ["a", "b"]
     assert view.uncompared == 2

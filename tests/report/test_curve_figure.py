@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taskslam.evaluation.curves import cumulative_precision
-from taskslam.report.curve_figure import Curve, _steps, _tick, curve_figure, enlarged_limit
+from taskslam.report.curve_figure import Curve, _tick, curve_figure, enlarged_limit, step_corners
 from taskslam.report.markers import Style
 
 BLACK = Style("#000", 0)
@@ -12,7 +12,7 @@ BLACK = Style("#000", 0)
 
 def test_the_drawn_steps_are_the_cumulative_curve():
     curve = Curve((0.01, 0.03, 0.03, 0.5), planned=5, style=BLACK, dashed=False)
-    steps = _steps(curve, 1.2)
+    steps = step_corners(curve.precisions, curve.planned, 0.0, 1.2)
     assert (np.diff(steps[:, 0]) >= 0).all()
     for x, share in zip(*[axis.tolist() for axis in steps.T], strict=True):
         below = cumulative_precision(curve.precisions, 5, [x, np.nextafter(x, 2)])
@@ -20,7 +20,7 @@ def test_the_drawn_steps_are_the_cumulative_curve():
 
 
 def test_values_beyond_the_axis_are_left_off():
-    steps = _steps(Curve((0.01, 5.0), planned=2, style=BLACK, dashed=False), 0.15)
+    steps = step_corners((0.01, 5.0), planned=2, low=0.0, high=0.15)
     assert steps[-1].tolist() == [0.15, 0.5]
 
 

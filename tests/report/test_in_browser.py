@@ -63,14 +63,14 @@ def chromium(url, *options):
     return done.stdout, [line for line in done.stderr.splitlines() if ":CONSOLE" in line]
 
 
-def act(page, size, script):
+def act(page, size, script, *options):
     """What `script` returns in the page; no error may have been noted. The page's policy, which forbids it, is off."""
     text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text(encoding="utf-8"))
     text = text.replace("<head>", f"<head>{WATCH}", 1).replace("</body>", f"{ACT % script}</body>")
     page.with_name("acted.html").write_text(text, encoding="utf-8")
     frame = page.with_name("frame.html")
     frame.write_text(FRAME % size, encoding="utf-8")
-    dom, console = chromium(frame.as_uri(), "--dump-dom")
+    dom, console = chromium(frame.as_uri(), "--dump-dom", *options)
     found = re.search(r'<pre id="result">(.+?)</pre>', dom, re.DOTALL)
     assert found, f"the page did not finish; console: {console}"
     report = json.loads(html.unescape(found.group(1)))
@@ -212,3 +212,16 @@ def test_printing_opens_what_is_folded_and_loses_nothing(page, tmp_path):
     for wanted in ("Who is more repeatable", "sets out from waypoint", "Every waypoint in numbers", "How to read this"):
         assert wanted in text
     assert text.count("Arrivals at each waypoint") == 6
+
+
+@pytest.mark.parametrize(
+    ("preferred", "ground", "ink"),
+    [(0, "rgb(20, 24, 31)", "rgb(230, 233, 238)"), (1, "rgb(255, 255, 255)", "rgb(28, 36, 48)")],
+)
+def test_the_page_is_as_dark_as_the_reader_prefers(page, preferred, ground, ink):
+    script = """
+      const style = (selector) => getComputedStyle(document.querySelector(selector));
+      return [style("body").backgroundColor, style("body").color, style('.icon [fill="var(--paper)"]').fill];
+    """
+    seen = act(page, DESKTOP, script, f"--blink-settings=preferredColorScheme={preferred}")
+    assert seen == [ground, ink, ground]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from markupsafe import Markup
-
 from taskslam.evaluation.comparison import compare_methods
 from taskslam.evaluation.metrics_file import Comparison
 from taskslam.report.results import MODES, Method, Results
@@ -23,21 +21,11 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class MatrixRow:
-    """One method against all. icon, key: its marker, and what the page's filter knows it by."""
-
-    name: str
-    icon: Markup
-    key: str
-    cells: tuple[Cell, ...]
-
-
-@dataclass(frozen=True)
 class ComparisonView:
-    """All pairs in one mode. pairs: those that can be compared, the clearest first; apart: how many are told apart."""
+    """All pairs in one mode. rows: each method against all; pairs: those that can be compared, the clearest first."""
 
     mode: str
-    rows: tuple[MatrixRow, ...]
+    rows: tuple[tuple[Method, tuple[Cell, ...]], ...]
     pairs: tuple[Comparison, ...]
     uncompared: int
 
@@ -73,12 +61,7 @@ def _view(mode: str, methods: Sequence[Method], compared: Sequence[Comparison]) 
     pairs = [pair for pair in compared if pair.waypoints]
     by_names = {(pair.a, pair.b): pair for pair in compared}
     rows = tuple(
-        MatrixRow(
-            name=row.label,
-            icon=row.icon,
-            key=row.style.key,
-            cells=tuple(_cell(row.label, column.label, by_names, column.style.key) for column in methods),
-        )
+        (row, tuple(_cell(row.label, column.label, by_names, column.style.key) for column in methods))
         for row in methods
     )
     pairs.sort(key=lambda pair: (not pair.told_apart, pair.p_adjusted if pair.p_adjusted is not None else 2.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,7 @@ def curve_figure(
 
     _draw_axes(svg, limit_m, diameter_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
     for curve in reversed(curves):  # the best on top
-        steps = _steps(curve, limit_m)
+        steps = step_corners(curve.precisions, curve.planned, 0.0, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
         with svg.group(data_method=curve.style.key, data_mode="without-map" if curve.dashed else "with-map"):
@@ -76,15 +77,14 @@ def _tick(limit: float) -> float:
     return limit / 4
 
 
-def _steps(curve: Curve, limit: float) -> FloatArray:
-    """(S, 2) corners of the step curve from 0 to the limit."""
-    values = np.sort([value for value in curve.precisions if value < limit])
-    xs, ys, share = [0.0], [0.0], 0.0
-    for count, value in enumerate(values, start=1):
-        xs += [value, value]
-        ys += [share, count / curve.planned]
-        share = count / curve.planned
-    return np.column_stack([[*xs, limit], [*ys, share]])
+def step_corners(values: Sequence[float], planned: int, low: float, high: float) -> FloatArray:
+    """(K, 2) corners of the step curve from low to high: a value, and the share of `planned` values up to it."""
+    corners, share = [(low, 0.0)], 0.0
+    for count, value in enumerate(sorted(value for value in values if value < high), start=1):
+        at = max(value, low)
+        corners += [(at, share), (at, count / planned)]
+        share = count / planned
+    return np.array([*corners, (high, share)])
 
 
 def _draw_axes(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from taskslam.evaluation import RunMetrics, WaypointMetrics
+from taskslam.evaluation import RunMetrics
 from taskslam.evaluation.metrics_file import ErrorShare
 from taskslam.report import palette
 from taskslam.report.svg import Svg
@@ -31,11 +31,6 @@ def error_bars(control: ErrorShare, estimation: ErrorShare, limit_m: float, unit
     _draw_bar(svg, control, palette.CONTROL, 2.0, scale, units)
     _draw_bar(svg, estimation, palette.ESTIMATION, 17.0, scale, units)
     return svg.markup()
-
-
-def waypoint_bars(waypoint: WaypointMetrics, limit_m: float, units: Units) -> Markup:
-    """Draw the bars of one waypoint."""
-    return error_bars(waypoint.control, waypoint.estimation, limit_m, units)
 
 
 def _draw_bar(svg: Svg, share: ErrorShare, colour: str, y: float, scale: float, units: Units) -> None:

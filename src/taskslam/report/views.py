@@ -15,7 +15,7 @@ from taskslam.geometry import SE2
 from taskslam.report import words
 from taskslam.report.arrivals_figure import arrivals_figures
 from taskslam.report.curve_figure import Curve, curve_figure, enlarged_limit
-from taskslam.report.error_bars import bar_limit, error_bars, waypoint_bars
+from taskslam.report.error_bars import bar_limit, error_bars
 from taskslam.report.failure_marks import FailurePlace
 from taskslam.report.failures import FailureView, failure_views
 from taskslam.report.floor import floor_plan
@@ -114,7 +114,7 @@ def run_view(anchor: str, run: Run) -> RunView:
         plan=plan,
         tour=tour,
         waypoints=tuple(
-            WaypointView(waypoint, figure, waypoint_bars(waypoint, limit, units))
+            WaypointView(waypoint, figure, error_bars(waypoint.control, waypoint.estimation, limit, units))
             for waypoint, figure in zip(metrics.waypoints, arrivals, strict=True)
         ),
         mean_bars=error_bars(metrics.control, metrics.estimation, limit, units),

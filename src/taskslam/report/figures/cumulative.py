@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from taskslam.geometry import FloatArray
+from taskslam.report.curve_figure import step_corners
 from taskslam.report.figures.bars import KeyLine, Row, draw_rows, rows_height
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
 from taskslam.report.figures.style import (
@@ -88,13 +88,7 @@ def cumulative_figure(
 
 def steps(curve: Curve, scale: Scale) -> FloatArray:
     """(K, 2) corners of a curve from end to end of the axis: x in the quantity's unit, y in percent."""
-    inside = sorted(value for value in curve.precisions if value < scale.high)
-    x = [scale.low, *(scale.held(value) for value in inside), scale.high]
-    y = [100.0 * min(index, len(inside)) / curve.planned for index in range(len(inside) + 2)]
-    corners = [(x[0], 0.0)]
-    for at, before, after in zip(x[1:-1], y[:-2], y[1:-1], strict=True):
-        corners += [(at, before), (at, after)]
-    return np.array([*corners, (x[-1], y[-1])])
+    return step_corners(curve.precisions, curve.planned, scale.low, scale.high) * [1.0, 100.0]
 
 
 def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Quantity, units: Units) -> None:
