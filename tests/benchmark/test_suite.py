@@ -81,6 +81,10 @@ def finished_runs(out: Path) -> dict[Path, int]:
     return {path: path.stat().st_mtime_ns for path in out.glob("*/*/*/seed0/run.json")}
 
 
+def workers_of(suite: int) -> list[str]:
+    return subprocess.run(["pgrep", "-f", f"worker {suite}"], capture_output=True, text=True).stdout.split()
+
+
 def test_a_suite_killed_in_the_middle_goes_on_where_it_stopped(small_suite: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     command = [sys.executable, "-c", "from taskslam.cli.main import main; main()", "suite", str(small_suite)]
@@ -93,8 +97,8 @@ def test_a_suite_killed_in_the_middle_goes_on_where_it_stopped(small_suite: Path
     process.wait()
     finished = finished_runs(out)
     assert finished
-    time.sleep(0.5)
-    workers = subprocess.run(["pgrep", "-f", f"worker {process.pid}"], capture_output=True, text=True).stdout.split()
+    while (workers := workers_of(process.pid)) and time.monotonic() < deadline:
+        time.sleep(0.05)
     assert workers == []
     done = subprocess.run(command, capture_output=True, text=True, timeout=180)
     assert done.returncode == 0, done.stderr
