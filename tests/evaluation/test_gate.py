@@ -115,13 +115,16 @@ def test_a_small_loss_everywhere_shows_in_all_runs_together(scattered):
     assert [finding.scenario for finding in report.regressions] == ["all 8 runs"]
 
 
-def test_a_run_twice_or_other_goals_are_refused(scattered):
+def test_a_run_twice_other_goals_or_another_planner_are_refused(scattered):
     run = scattered("karto", 0.02)
     with pytest.raises(InputError, match="NEW holds synthetic / karto / without-map / seed 0 twice, in karto and in"):
         judge([run], [run, run], RULES)
     other = run.model_copy(update={"waypoints": run.waypoints[:-1]})
     with pytest.raises(InputError, match="driven to different goals"):
         judge([run], [other], RULES)
+    teb, dwa = (run.model_copy(update={"planner": name}) for name in ("teb", "dwa"))
+    with pytest.raises(InputError, match="BASE was steered by planner teb and NEW by dwa"):
+        judge([teb], [dwa], RULES)
 
 
 @pytest.mark.parametrize(

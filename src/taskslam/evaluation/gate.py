@@ -138,7 +138,7 @@ def judge(
 ) -> GateReport:
     """Compare the runs of NEW with those of BASE. left_out: what could not be evaluated of NEW.
 
-    Raises InputError if either holds one run twice, or if paired runs were driven to different goals.
+    Raises InputError if either holds one run twice, or if paired runs had different goals or local planners.
     """
     olds, news = _by_key(base, "BASE"), _by_key(new, "NEW")
     pairs = [(olds[key], news[key]) for key in sorted(olds) if key in news]
@@ -146,6 +146,10 @@ def judge(
         if [w.target for w in old.waypoints] != [w.target for w in fresh.waypoints]:
             raise InputError(
                 f"{run_name(old)}: BASE and NEW were driven to different goals; expected the same sequence"
+            )
+        if old.planner and fresh.planner and old.planner != fresh.planner:
+            raise InputError(
+                f"{run_name(old)}: BASE was steered by planner {old.planner} and NEW by {fresh.planner}; expected one"
             )
     groups = [*([pair] for pair in pairs), *_together(pairs)]
     wanted = sorted({"precision" if rule.metric == "n_auc" else rule.metric for rule in rules} & set(_LENGTHS))
