@@ -2,6 +2,7 @@ import csv
 
 import pytest
 
+from taskslam.errors import RecordError
 from taskslam.report.latex import escape, methods_latex, waypoints_latex
 from taskslam.report.results import read_results
 from taskslam.report.tables import write_tables
@@ -81,3 +82,10 @@ def test_one_round_has_tables_too(make_run, tmp_path):
     single = read_results([tmp_path / "results"])
     assert " & -- & " in methods_latex(single)
     assert len(write_tables(single, tmp_path / "out")) == 6
+
+
+def test_without_a_run_that_can_be_used_there_is_no_table(make_run, tmp_path):
+    (make_run() / "run.json").write_text("nonsense")
+    with pytest.raises(RecordError, match="none of the runs can be used"):
+        write_tables(read_results([tmp_path / "results"]), tmp_path / "tables")
+    assert not (tmp_path / "tables").exists()

@@ -10,6 +10,7 @@ import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from taskslam.errors import RecordError
 from taskslam.evaluation.metrics_file import Interval
 from taskslam.record.files import write_whole, writing
 from taskslam.report.latex import document, methods_latex, waypoints_latex
@@ -17,7 +18,12 @@ from taskslam.report.results import Results
 
 
 def write_tables(results: Results, folder: Path) -> list[Path]:
-    """Write every table into a folder, which is made; returns the paths. Raises DiskFullError."""
+    """Write every table into a folder, which is made; returns the paths.
+
+    Raises RecordError if no run was finished and whole, DiskFullError.
+    """
+    if not results.runs:
+        raise RecordError("none of the runs can be used; expected at least one that is finished and whole")
     snippets = {"methods.tex": methods_latex(results)}
     for number, scenario in enumerate(results.scenarios, start=1):
         name = f"waypoints_{number}.tex" if len(results.scenarios) > 1 else "waypoints.tex"
