@@ -81,7 +81,7 @@ def test_one_round_has_tables_too(make_run, tmp_path):
     make_run("a", rounds=1)
     single = read_results([tmp_path / "results"])
     assert " & -- & " in methods_latex(single)
-    assert len(write_tables(single, tmp_path / "out")) == 6
+    assert len(write_tables(single, tmp_path / "out")) == 7
 
 
 def test_without_a_run_that_can_be_used_there_is_no_table(make_run, tmp_path):

@@ -31,7 +31,7 @@ def figures(
     ] = _Units.METRIC,
     width: Annotated[_Width, typer.Option(help="One column of a page (3.5 in), or both (7.16 in).")] = _Width.COLUMN,
 ) -> None:
-    """Draw every figure of a paper and write its tables (LaTeX, CSV). The same results give the same bytes.
+    """Draw every figure of a paper and write its tables (LaTeX, Markdown, CSV). The same results give the same bytes.
 
     What each figure shows: docs/figures.md. A run that cannot be read is named and left out.
 

@@ -222,6 +222,10 @@ class Results:
         """Every method in every mode that it ran in."""
         return [result for method in self.methods for result in method.results]
 
+    def in_scenario(self, name: str) -> Results:
+        """The runs of one scenario, pooled anew."""
+        return _results(tuple(run for run in self.runs if run.metrics.scenario == name), ())
+
     def in_mode(self, mode: str) -> list[MethodResult]:
         """Methods in one mode: the most complete first, then the most precise; references last."""
         return sorted((result for result in self.pooled if result.mode == mode), key=lambda result: result.rank)
@@ -236,7 +240,12 @@ def read_results(folders: Sequence[Path]) -> Results:
     }
     styles = method_styles(labels, sensors)
     runs = tuple(Run(label, styles[label], *own) for label, own in zip(labels, read, strict=True))
-    methods = [Method(*(_pooled(label, mode, runs) for mode in MODES)) for label in styles]
+    return _results(runs, left_out)
+
+
+def _results(runs: tuple[Run, ...], left_out: tuple[LeftOut, ...]) -> Results:
+    labels = dict.fromkeys(run.label for run in runs)
+    methods = [Method(*(_pooled(label, mode, runs) for mode in MODES)) for label in labels]
     return Results(runs, tuple(sorted(methods, key=lambda method: method.rank)), left_out)
 
 

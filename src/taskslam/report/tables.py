@@ -1,4 +1,4 @@
-"""All tables of results in files: LaTeX for a paper, CSV for further work.
+"""All tables of results in files: LaTeX for a paper, Markdown for a page, CSV for further work.
 
 CSV files hold one thing a row, in metres, radians and shares, unrounded; what is not defined is empty.
 """
@@ -14,6 +14,7 @@ from taskslam.errors import RecordError
 from taskslam.evaluation.metrics_file import Interval
 from taskslam.record.files import write_whole, writing
 from taskslam.report.latex import document, methods_latex, waypoints_latex
+from taskslam.report.markdown import methods_markdown
 from taskslam.report.results import Results
 
 
@@ -31,6 +32,7 @@ def write_tables(results: Results, folder: Path) -> list[Path]:
     files = {
         **snippets,
         "tables.tex": document(snippets),
+        "methods.md": methods_markdown(results),
         "methods.csv": methods_csv(results),
         "waypoints.csv": waypoints_csv(results),
         "failures.csv": failures_csv(results),
