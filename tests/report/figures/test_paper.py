@@ -126,6 +126,16 @@ def test_twenty_methods_with_long_names_stay_on_the_paper(make_run):
             }
 
 
+def test_twenty_methods_leave_little_paper_empty(make_run):
+    runs = [make_run(f"{index}", method=f"method{index}", plan=False) for index in range(20)]
+    figures = dict(islice(paper_figures(read_results([run.parent for run in runs]), "page", "metric"), 5))
+    for name in ("precision_accuracy_without_map", "cumulative_precision"):
+        width, height = figures[name].get_size_inches()
+        drawn = sum(at.width * at.height for at in (axes.get_position() for axes in figures[name].axes))
+        assert drawn > 0.6
+        assert height < width
+
+
 def test_the_title_of_a_run_with_a_long_name_is_shortened(make_run):
     name = "a name that is much too long for one column of a paper, and then some more words"
     folder = make_run("a", method=name).parent

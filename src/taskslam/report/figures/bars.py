@@ -1,7 +1,8 @@
-"""Rows beside a figure that are its legend too: a method's marker and name, and below them its shares as bars."""
+"""Rows beside a figure, or below it, that are its legend too: a method's marker and name, and its shares as bars."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,6 +22,8 @@ _HEAD = 0.17  # in: above the first row
 _INDENT = 0.13  # in: right of a marker
 _NUMBER = 0.33  # in: right of the bars
 LIGHT, DARK = 0.35, 1.0  # how solid a bar is
+_COLUMN, _GUTTER = 1.05, 0.12  # in: the least width of a column below a figure, and between two
+_TOO_LONG = 1.5  # times the height of the panels: rows that would be longer beside them stand below
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,33 @@ class KeyLine:
 def rows_height(rows: Sequence[Row], key: Sequence[KeyLine] = ()) -> float:
     """Inches on paper of all rows with their heading, and of the key below."""
     return _HEAD + sum(row.height for row in rows) + (_GAP + _NAME * len(key) if key else 0.0)
+
+
+def stand_below(rows: Sequence[Row], key: Sequence[KeyLine], panels: float) -> bool:
+    """Whether rows beside panels of so many inches in height would leave much paper empty."""
+    return rows_height(rows, key) > _TOO_LONG * panels
+
+
+def below_height(rows: Sequence[Row], key: Sequence[KeyLine], width: float) -> float:
+    """Inches on paper of all rows in columns over so many inches, with the key in the last one."""
+    return max(rows_height((), key), *(rows_height(own) for own in _in_columns(rows, width)))
+
+
+def draw_rows_below(
+    figure: Figure, left: float, top: float, width: float, rows: Sequence[Row], heading: str, key: Sequence[KeyLine]
+) -> None:
+    """Draw rows in columns from left to right, and the key in the last one."""
+    columns = [*_in_columns(rows, width), ()]
+    each = (width + _GUTTER) / len(columns)
+    for index, own in enumerate(columns):
+        last = index == len(columns) - 1
+        draw_rows(figure, left + index * each, top, each - _GUTTER, own, "" if index else heading, key if last else ())
+
+
+def _in_columns(rows: Sequence[Row], width: float) -> list[Sequence[Row]]:
+    count = max(1, int((width + _GUTTER) / (_COLUMN + _GUTTER)) - 1)  # one is for the key
+    size = math.ceil(len(rows) / count)
+    return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
 def draw_rows(

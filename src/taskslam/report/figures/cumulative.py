@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 
 from taskslam.geometry import FloatArray
 from taskslam.report.curve_figure import step_corners
-from taskslam.report.figures.bars import KeyLine, Row, draw_rows, rows_height
+from taskslam.report.figures.bars import (
+    KeyLine,
+    Row,
+    below_height,
+    draw_rows,
+    draw_rows_below,
+    rows_height,
+    stand_below,
+)
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
 from taskslam.report.figures.style import (
     NORMAL,
@@ -61,7 +69,10 @@ def cumulative_figure(
     width: Width,
     units: Units,
 ) -> Figure:
-    """Draw a panel for each mode on one scale, and beside them the rows of N-AUC. limit: the axis reaches so far."""
+    """Draw a panel for each mode on one scale, and beside or below them the rows of N-AUC.
+
+    limit: the axis reaches so far.
+    """
     values = [value for panel in panels for curve in panel.curves for value in curve.precisions]
     scale = scale_of(values, least=limit)
     across = 1 if width == "column" else len(panels)
@@ -72,15 +83,25 @@ def cumulative_figure(
     beside = rows_height(rows, key) + _HEAD + _EDGE
     # Many methods make long rows: the panels grow with them.
     panel_height = min(max(1.5, beside / down - _TOP - _BOTTOM), 1.3 * panel_width)
+    below = stand_below(rows, key, down * (_TOP + panel_height + _BOTTOM))
+    inner = WIDTHS[width] - 2 * _EDGE
+    if below:
+        cell += legend / across
+        panel_width = cell - _LEFT - _RIGHT
+        panel_height = 0.8 * panel_width
     cell_height = _TOP + panel_height + _BOTTOM
-    figure = new_figure(WIDTHS[width], max(down * cell_height, beside), constrained=False)
+    height = down * cell_height + below_height(rows, key, inner) + _EDGE if below else max(down * cell_height, beside)
+    figure = new_figure(WIDTHS[width], height, constrained=False)
     drawn: list[Axes] = []
     for index, panel in enumerate(panels):
         left, top = _LEFT + index % across * cell, _TOP + index // across * cell_height
         axes = add_axes(figure, left, top, panel_width, panel_height)
         _draw_panel(axes, panel, scale, quantity, units)
         drawn.append(axes)
-    draw_rows(figure, across * cell + _EDGE / 2, _HEAD, legend - _EDGE / 2, rows, heading, key)
+    if below:
+        draw_rows_below(figure, _EDGE, down * cell_height, inner, rows, heading, key)
+    else:
+        draw_rows(figure, across * cell + _EDGE / 2, _HEAD, legend - _EDGE / 2, rows, heading, key)
     for axes, panel in zip(drawn, panels, strict=True):
         add_tags(axes, [(at, curve.tag) for curve, at in _marks(panel.curves, scale)])
     return figure
