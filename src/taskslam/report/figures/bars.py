@@ -23,7 +23,6 @@ _INDENT = 0.13  # in: right of a marker
 _NUMBER = 0.33  # in: right of the bars
 LIGHT, DARK = 0.35, 1.0  # how solid a bar is
 _COLUMN, _GUTTER = 1.05, 0.12  # in: the least width of a column below a figure, and between two
-_TOO_LONG = 1.5  # times the height of the panels: rows that would be longer beside them stand below
 
 
 @dataclass(frozen=True)
@@ -64,11 +63,6 @@ class KeyLine:
 def rows_height(rows: Sequence[Row], key: Sequence[KeyLine] = ()) -> float:
     """Inches on paper of all rows with their heading, and of the key below."""
     return _HEAD + sum(row.height for row in rows) + (_GAP + _NAME * len(key) if key else 0.0)
-
-
-def stand_below(rows: Sequence[Row], key: Sequence[KeyLine], panels: float) -> bool:
-    """Whether rows beside panels of so many inches in height would leave much paper empty."""
-    return rows_height(rows, key) > _TOO_LONG * panels
 
 
 def below_height(rows: Sequence[Row], key: Sequence[KeyLine], width: float) -> float:

@@ -10,32 +10,21 @@ from matplotlib.figure import Figure
 
 from taskslam.geometry import FloatArray
 from taskslam.report.curve_figure import step_corners
-from taskslam.report.figures.bars import (
-    KeyLine,
-    Row,
-    below_height,
-    draw_rows,
-    draw_rows_below,
-    rows_height,
-    stand_below,
-)
+from taskslam.report.figures.bars import KeyLine, Row
+from taskslam.report.figures.panels import Legend, figure_with_panels
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
 from taskslam.report.figures.style import (
     NORMAL,
-    WIDTHS,
     Width,
-    add_axes,
     line_style,
     marker_style,
-    new_figure,
     printed,
     say_empty,
 )
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
 
-_LEFT, _RIGHT, _TOP, _BOTTOM = 0.42, 0.12, 0.36, 0.36  # in: around a panel, for its ticks and labels
-_HEAD, _EDGE = 0.08, 0.1  # in
+_SIDES = (0.42, 0.12)  # in: left and right of a panel, for its ticks and labels
 _LEVELS = (0.5, 0.3, 0.7)  # of its own rise: where a curve bears its marker, in turn
 
 
@@ -75,36 +64,17 @@ def cumulative_figure(
     """
     values = [value for panel in panels for curve in panel.curves for value in curve.precisions]
     scale = scale_of(values, least=limit)
-    across = 1 if width == "column" else len(panels)
-    down = len(panels) // across
-    legend = 1.1 if width == "column" else 1.6
-    cell = (WIDTHS[width] - legend - _EDGE) / across
-    panel_width = cell - _LEFT - _RIGHT
-    beside = rows_height(rows, key) + _HEAD + _EDGE
-    # Many methods make long rows: the panels grow with them.
-    panel_height = min(max(1.5, beside / down - _TOP - _BOTTOM), 1.3 * panel_width)
-    below = stand_below(rows, key, down * (_TOP + panel_height + _BOTTOM))
-    inner = WIDTHS[width] - 2 * _EDGE
-    if below:
-        cell += legend / across
-        panel_width = cell - _LEFT - _RIGHT
-        panel_height = 0.8 * panel_width
-    cell_height = _TOP + panel_height + _BOTTOM
-    height = down * cell_height + below_height(rows, key, inner) + _EDGE if below else max(down * cell_height, beside)
-    figure = new_figure(WIDTHS[width], height, constrained=False)
-    drawn: list[Axes] = []
-    for index, panel in enumerate(panels):
-        left, top = _LEFT + index % across * cell, _TOP + index // across * cell_height
-        axes = add_axes(figure, left, top, panel_width, panel_height)
+    figure, drawn = figure_with_panels(len(panels), Legend(rows, heading, key), width, _SIDES, _panel_height)
+    for axes, panel in zip(drawn, panels, strict=True):
         _draw_panel(axes, panel, scale, quantity, units)
-        drawn.append(axes)
-    if below:
-        draw_rows_below(figure, _EDGE, down * cell_height, inner, rows, heading, key)
-    else:
-        draw_rows(figure, across * cell + _EDGE / 2, _HEAD, legend - _EDGE / 2, rows, heading, key)
     for axes, panel in zip(drawn, panels, strict=True):
         add_tags(axes, [(at, curve.tag) for curve, at in _marks(panel.curves, scale)])
     return figure
+
+
+def _panel_height(width: float, beside: float) -> float:
+    """Many methods make long rows: the panels beside them grow with them."""
+    return min(max(1.5, min(0.8 * width, 2.2), beside), 1.3 * width)
 
 
 def steps(curve: Curve, scale: Scale) -> FloatArray:

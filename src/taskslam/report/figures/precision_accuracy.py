@@ -13,24 +13,16 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from taskslam.report.figures.bars import (
-    KeyLine,
-    Row,
-    below_height,
-    draw_rows,
-    draw_rows_below,
-    rows_height,
-    stand_below,
-)
+from taskslam.report.figures.bars import KeyLine, Row
+from taskslam.report.figures.panels import Legend, figure_with_panels
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, add_parity, scale_of, set_axis
-from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed, say_empty
+from taskslam.report.figures.style import Width, marker_style, printed, say_empty
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
 
 _NUMBERED_ABOVE = 6  # methods; more than these are numbered, for colours alone would not tell them apart
-_LEFT, _RIGHT, _TOP, _BOTTOM = 0.5, 0.3, 0.36, 0.36  # in: around a panel, for its ticks and labels
+_SIDES = (0.5, 0.3)  # in: left and right of a panel, for its ticks and labels
 _FARTHEST = 4.0  # times its value: where a whisker no longer widens the axis, but runs into its end
-_HEAD, _EDGE = 0.08, 0.1  # in: above the rows, and at the edge of the paper
 
 
 @dataclass(frozen=True)
@@ -65,28 +57,10 @@ def precision_accuracy_figure(
 ) -> Figure:
     """Draw a panel for each quantity; rows and key beside them, or below if they are many. scales: else from points."""
     scales = scales or [scatter_scale(panel.points) for panel in panels]
-    across, down = (1, len(panels)) if width == "column" else (len(panels), 1)
-    legend = 1.14 if width == "column" else 1.5
-    side = (WIDTHS[width] - legend - _EDGE) / across - _LEFT - _RIGHT
-    below = stand_below(rows, key, down * (_TOP + side + _BOTTOM))
-    if below:
-        side += legend / across
-    cell_width, cell_height = _LEFT + side + _RIGHT, _TOP + side + _BOTTOM
-    inner = WIDTHS[width] - 2 * _EDGE
-    if below:
-        height = down * cell_height + below_height(rows, key, inner) + _EDGE
-    else:
-        height = max(down * cell_height, rows_height(rows, key) + _HEAD + _EDGE)
-    figure = new_figure(WIDTHS[width], height, constrained=False)
-    drawn: list[Axes] = []
-    for index, (panel, scale) in enumerate(zip(panels, scales, strict=True)):
-        axes = add_axes(figure, _LEFT + index % across * cell_width, _TOP + index // across * cell_height, side, side)
+    legend = Legend(rows, "completeness, %", key)
+    figure, drawn = figure_with_panels(len(panels), legend, width, _SIDES, lambda panel, _: panel)
+    for axes, panel, scale in zip(drawn, panels, scales, strict=True):
         draw_precision_accuracy(axes, panel.points, scale, panel.quantity, units)
-        drawn.append(axes)
-    if below:
-        draw_rows_below(figure, _EDGE, down * cell_height, inner, rows, "completeness, %", key)
-    else:
-        draw_rows(figure, across * cell_width + _EDGE / 2, _HEAD, legend - _EDGE / 2, rows, "completeness, %", key)
     for axes, panel in zip(drawn, panels, strict=True):
         add_tags(axes, [((point.accuracy, point.precision), point.tag) for point in panel.points])
     return figure
