@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from taskslam.benchmark.protocol import Mode
-from taskslam.benchmark.suite import Ending, Result, Watcher, load_suite, plan, run_suite
+from taskslam.benchmark.suite import Ending, Job, Result, Watcher, load_suite, plan, run_suite
 from taskslam.errors import InputError, UnknownMethodError
+from taskslam.record import load_run
 
 SCENARIO = """
 name: {name}
@@ -74,6 +75,24 @@ def test_a_run_that_is_refused_says_why_and_the_others_go_on(small_suite: Path, 
     assert refused.ending is Ending.REFUSED
     assert "goal 1 at (60, 0)" in refused.detail
     assert complete.ending is Ending.COMPLETE
+
+
+def test_a_setting_holds_for_every_scenario_and_is_not_taken_for_what_was_driven_before(
+    small_suite: Path, tmp_path: Path
+) -> None:
+    def jobs(*settings: str) -> list[Job]:
+        return plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP], settings=settings)
+
+    slow = jobs("robot=turtlebot2_small10")
+    assert [result.ending for result in run_suite(slow, tmp_path / "out")] == [Ending.COMPLETE] * 2
+    for directory in (tmp_path / "out").glob("*/*/*/seed0"):
+        robot = load_run(directory).manifest.robot
+        assert robot is not None
+        assert robot["rig"]["stereo"]["width"] == 480
+    assert [result.ending for result in run_suite(slow, tmp_path / "out")] == [Ending.KEPT] * 2
+    other = run_suite(jobs(), tmp_path / "out")
+    assert [result.ending for result in other] == [Ending.REFUSED] * 2
+    assert "another configuration" in other[0].detail
 
 
 def finished_runs(out: Path) -> dict[Path, int]:

@@ -41,3 +41,38 @@ def test_a_wrong_key_or_value_in_a_robot_file_is_named(tmp_path: Path) -> None:
     file.write_text("name: [")
     with pytest.raises(RobotError, match="not valid YAML"):
         load_robot(file)
+
+
+def test_a_robot_built_on_another_gives_only_what_differs(tmp_path: Path) -> None:
+    (tmp_path / "slow.yaml").write_text(
+        "built_on: turtlebot2\nname: slow\nrig: {stereo: {rate: 5.0}, lidar_3d: null}\n"
+    )
+    (tmp_path / "slower.yaml").write_text("built_on: slow.yaml\nname: slower\nrig: {stereo: {rate: 1.0}}\n")
+    paper, slower = load_robot("turtlebot2"), load_robot(tmp_path / "slower.yaml")
+    assert paper.rig.stereo is not None
+    assert slower.rig.stereo == paper.rig.stereo.model_copy(update={"rate": 1.0})
+    assert slower.rig.lidar_3d is None
+    assert (slower.drive, slower.rig.lidar_2d) == (paper.drive, paper.rig.lidar_2d)
+
+
+def test_a_robot_built_on_itself_or_on_nothing_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("built_on: mine.yaml\nname: mine\n")
+    with pytest.raises(RobotError, match=r"mine\.yaml is built on itself"):
+        load_robot(file)
+    file.write_text("built_on: turtlebot3\nname: mine\n")
+    with pytest.raises(RobotError, match="Did you mean 'turtlebot2'"):
+        load_robot(file)
+    file.write_text("built_on: [turtlebot2]\nname: mine\n")
+    with pytest.raises(RobotError, match="expected the name of a robot or a .yaml file"):
+        load_robot(file)
+    file.write_text("built_on: turtlebot2\nname: mine\nrig: {stereo: {raet: 5.0}}\n")
+    with pytest.raises(RobotError, match=r"rig\.stereo\.raet.*Did you mean"):
+        load_robot(file)
+
+
+def test_the_paper_s_real_camera_has_its_published_numbers() -> None:
+    stereo = load_robot("turtlebot2_d435i").rig.stereo
+    assert stereo is not None
+    assert (stereo.width, stereo.height, stereo.rate, stereo.baseline) == (640, 480, 30.0, 0.05)
+    assert np.isclose(np.degrees(stereo.horizontal_fov), 87.0)

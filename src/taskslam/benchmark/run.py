@@ -26,6 +26,7 @@ from taskslam.navigation.planners import build_planner, planner_version
 from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
+from taskslam.robot import Robot, robot_presets
 from taskslam.scenario import Scenario
 from taskslam.scenario.scenario import BUILTIN_PLANNER
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
@@ -70,8 +71,9 @@ def run(
     observer = observer or Observer()
     load_method(request.method)
     directory = run_directory(out, stage.scenario.name, request)
-    if (directory / "run.json").exists() and not overwrite:
-        return directory, _kept(stage, request, directory, observer)
+    if not overwrite and (finished := finished_run(stage.scenario, stage.robot, request, directory)) is not None:
+        observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
+        return directory, finished.complete
     for attempt in range(_RETRIES + 1):
         try:
             return directory, _attempt(stage, request, directory, observer, overwrite)
@@ -82,22 +84,31 @@ def run(
     raise AssertionError("unreachable: the last attempt returns or raises")
 
 
-def _kept(stage: Stage, request: RunRequest, directory: Path, observer: Observer) -> bool:
-    """Whether all was reached in the finished run at `directory`, if it is the run that is asked for."""
+def finished_run(scenario: Scenario, robot: Robot, request: RunRequest, directory: Path) -> Manifest | None:
+    """What the finished run at `directory` was, None if there is none.
+
+    Raises:
+        RecordError: it is a run of another configuration than the one asked for, or cannot be read.
+    """
+    if not (directory / "run.json").exists():
+        return None
     manifest = load_run(directory).manifest
-    asked = (_hash(stage), dict(request.options), latency_words(request.latency))
+    asked = (_hash(scenario, robot), dict(request.options), latency_words(request.latency))
     if (manifest.scenario_hash, manifest.method_options, manifest.latency) != asked:
         raise RecordError(
-            f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
+            f"{directory}: a finished run of another configuration stands there; choose another --out, or `taskslam run"
+            " --overwrite`"
         )
-    observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
-    return manifest.complete
+    return manifest
 
 
-def _hash(stage: Stage) -> str:
-    content = stage.scenario.model_dump(mode="json")
+def _hash(scenario: Scenario, robot: Robot) -> str:
+    """Of everything that is held fixed. A robot that ships with the package counts by its name."""
+    content = scenario.model_dump(mode="json")
     if content["planner"] == BUILTIN_PLANNER:  # scenarios hash as before there was a choice
         del content["planner"]
+    if scenario.robot not in robot_presets():
+        content["robot"] = robot.model_dump(mode="json")
     canonical = json.dumps(content, sort_keys=True)
     return hashlib.sha256(canonical.encode()).hexdigest()
 
@@ -186,7 +197,8 @@ def manifest_of(
     return Manifest(
         scenario_name=stage.scenario.name,
         scenario=scenario,
-        scenario_hash=_hash(stage),
+        scenario_hash=_hash(stage.scenario, stage.robot),
+        robot=stage.robot.model_dump(mode="json"),
         method=request.method,
         method_card=json.loads(json.dumps(card, default=str)),
         method_options=dict(request.options),

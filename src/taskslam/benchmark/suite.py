@@ -19,8 +19,9 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from taskslam.benchmark.protocol import Mode
-from taskslam.benchmark.run import RunRequest, run_directory
-from taskslam.errors import InputError, MethodUnavailableError, did_you_mean
+from taskslam.benchmark.run import RunRequest, finished_run, run_directory
+from taskslam.errors import InputError, MethodUnavailableError, RecordError, did_you_mean
+from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
 from taskslam.slam.registry import load_method
 from taskslam.user_files import Shipped
@@ -102,8 +103,9 @@ def plan(
     modes: Iterable[Mode] = tuple(Mode),
     seeds: Sequence[int] = (0,),
     rounds: int | None = None,
+    settings: Sequence[str] = (),
 ) -> list[Job]:
-    """The jobs of a suite, methods innermost so that a comparison grows evenly.
+    """The jobs of a suite, methods innermost so that a comparison grows evenly. settings: scenario keys, `a.b=c`.
 
     Raises:
         InputError: the suite has no such set of worlds. UnknownMethodError: no such method.
@@ -115,7 +117,7 @@ def plan(
     chosen = tuple(methods) or suite.methods
     for method in chosen:
         _is_installed(method)
-    overrides = (f"protocol.rounds={rounds or suite.rounds}",)
+    overrides = (f"protocol.rounds={rounds or suite.rounds}", *settings)
     return [
         Job(scenario, method, mode.value, seed, overrides)
         for seed in seeds
@@ -141,10 +143,13 @@ def _run_job(job: Job, out: Path, world_paths: Sequence[Path], watcher: Watcher)
 
 
 def _before(job: Job, out: Path) -> Result | None:
-    name = load_scenario(job.scenario, job.overrides).name
-    directory = run_directory(out, name, RunRequest(job.method, Mode(job.mode), job.seed))
-    if (directory / "run.json").exists():
-        return Result(job, Ending.KEPT)
+    scenario = load_scenario(job.scenario, job.overrides)
+    request = RunRequest(job.method, Mode(job.mode), job.seed)
+    try:
+        if finished_run(scenario, load_robot(scenario.robot), request, run_directory(out, scenario.name, request)):
+            return Result(job, Ending.KEPT)
+    except RecordError as error:
+        return Result(job, Ending.REFUSED, str(error))
     if not _is_installed(job.method):
         return Result(job, Ending.UNAVAILABLE, f"{job.method}: its package is not installed")
     return None

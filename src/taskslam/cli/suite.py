@@ -19,6 +19,10 @@ def suite(
     modes: Annotated[str, typer.Option(help="Comma-separated: without-map, with-map.")] = "without-map,with-map",
     seeds: Annotated[str, typer.Option(help="Comma-separated.")] = "0",
     rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the suite's.")] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Override a key of every scenario: protocol.pause=2; may be repeated."),
+    ] = None,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Runs at a time, one process each.")] = 1,
     out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("suite"),
     world_path: Annotated[
@@ -35,15 +39,16 @@ def suite(
         taskslam suite paper --jobs 2
 
         taskslam suite paper --worlds aws --world-path ~/worlds --methods karto,hector --modes without-map --rounds 3
+
+        taskslam suite paper --methods orb_slam3 --set robot=turtlebot2_vga15 --out suite_vga15
     """
     from taskslam.benchmark.suite import Ending, load_suite, plan, run_suite
     from taskslam.cli.progress import suite_progress
     from taskslam.evaluation import evaluate_runs, write_metrics
     from taskslam.report import write_report
 
-    planned = plan(
-        load_suite(name), worlds, _words(methods), [_mode(word) for word in _words(modes)], _numbers(seeds), rounds
-    )
+    chosen = [_mode(word) for word in _words(modes)]
+    planned = plan(load_suite(name), worlds, _words(methods), chosen, _numbers(seeds), rounds, set_ or ())
     with suite_progress(quiet, len(planned)) as watcher:
         results = run_suite(planned, out, world_path or [], jobs, watcher)
     _say_what_was_not_driven(results)

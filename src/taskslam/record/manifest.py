@@ -58,7 +58,8 @@ class Manifest(_Part):
 
     source: where the record comes from: driven in the loop of our `simulation`, an open-loop `replay` of a dataset
     (which has no goals), `measured` on a robot with tags and cameras, or an `import` of somebody else's results;
-    scenario: the whole configuration as used, and scenario_hash its content hash; rounds: those that count (M),
+    scenario: the whole configuration as used, robot: the robot's description, where it is known, and scenario_hash the
+    content hash of both; rounds: those that count (M),
     without the priming round; latency: fixed, measured or zero (design D3); complete: every goal of every round was
     reached; failure: in a sentence, what ended the run early; simulated_s: simulated time of the whole run, wall_s:
     what that took on this machine, compute_s: the method's own share of it; method_peak_bytes: most memory resident in
@@ -73,6 +74,7 @@ class Manifest(_Part):
     scenario_name: str
     scenario: dict[str, Any]
     scenario_hash: str
+    robot: dict[str, Any] | None = None
     method: str
     method_card: dict[str, Any]
     method_options: dict[str, Any] = Field(default_factory=dict)

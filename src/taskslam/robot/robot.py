@@ -1,21 +1,22 @@
 """`Robot`: drive limits, footprint and sensor rig, validated by pydantic and read from YAML presets.
 
 Mounts are poses of the sensor in `base` (REP-105 base_link projected to the floor: x forward, y left, z up,
-origin on the floor between the wheels). Every number's source stands beside it in the preset.
+origin on the floor between the wheels). Every number's source stands beside it in the preset. A file that says
+`built_on: turtlebot2` gives only what differs; `lidar_3d: null` takes a sensor off.
 """
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from taskslam.errors import RobotError
 from taskslam.geometry import FloatArray, pose_from_xyz_rpy
-from taskslam.user_files import Shipped
+from taskslam.user_files import Shipped, check
 
 _PRESETS = Shipped("robot", "taskslam.robot", "presets", RobotError)
 
@@ -189,6 +190,33 @@ def load_robot(name: str | Path) -> Robot:
     """A robot by preset name or from a YAML file.
 
     Raises:
-        RobotError: no such preset or file, broken YAML, an unknown key or a value out of range; says which.
+        RobotError: no such preset or file, broken YAML, an unknown key or a value out of range, a file that is built
+            on itself; says which.
     """
-    return _PRESETS.load(name, Robot)
+    content, where = _described(name, ())
+    return check(Robot, content, where, RobotError)
+
+
+def _described(reference: str | Path, above: tuple[str, ...]) -> tuple[dict[str, Any], str]:
+    """What a robot's file and those that it is built on say, and where: as in the sentences of errors."""
+    content, where = _PRESETS.read(reference, Robot)
+    if "built_on" not in content:
+        return content, where
+    lower = content.pop("built_on")
+    if not isinstance(lower, str):
+        raise RobotError(f"{where}: built_on: expected the name of a robot or a .yaml file (got {lower!r:.80})")
+    if lower.endswith((".yaml", ".yml")):
+        lower = str(Path(reference).parent / lower)
+    if lower in above:
+        raise RobotError(f"{where}: built_on: {lower} is built on itself")
+    under, _ = _described(lower, (*above, lower))
+    return _merged(under, content), where
+
+
+def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    """`over`, and of `under` what it does not say, level by level."""
+    both = {
+        key: _merged(under[key], value) if isinstance(under.get(key), dict) and isinstance(value, dict) else value
+        for key, value in over.items()
+    }
+    return under | both
