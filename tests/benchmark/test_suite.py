@@ -83,16 +83,20 @@ def test_a_setting_holds_for_every_scenario_and_is_not_taken_for_what_was_driven
     def jobs(*settings: str) -> list[Job]:
         return plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP], settings=settings)
 
-    slow = jobs("robot=turtlebot2_small10")
+    robot_file = tmp_path / "mine.yaml"
+    robot_file.write_text("built_on: turtlebot2_small10\nname: mine\n")
+    slow = jobs(f"robot={robot_file}")
     assert [result.ending for result in run_suite(slow, tmp_path / "out")] == [Ending.COMPLETE] * 2
     for directory in (tmp_path / "out").glob("*/*/*/seed0"):
         robot = load_run(directory).manifest.robot
         assert robot is not None
         assert robot["rig"]["stereo"]["width"] == 480
     assert [result.ending for result in run_suite(slow, tmp_path / "out")] == [Ending.KEPT] * 2
-    other = run_suite(jobs(), tmp_path / "out")
-    assert [result.ending for result in other] == [Ending.REFUSED] * 2
-    assert "another configuration" in other[0].detail
+    assert [result.ending for result in run_suite(jobs(), tmp_path / "out")] == [Ending.REFUSED] * 2
+    robot_file.write_text("built_on: turtlebot2\nname: mine\n")
+    edited = run_suite(slow, tmp_path / "out")
+    assert [result.ending for result in edited] == [Ending.REFUSED] * 2
+    assert "another configuration" in edited[0].detail
 
 
 def finished_runs(out: Path) -> dict[Path, int]:

@@ -64,7 +64,7 @@ def test_a_robot_built_on_itself_or_on_nothing_is_refused(tmp_path: Path) -> Non
     with pytest.raises(RobotError, match="Did you mean 'turtlebot2'"):
         load_robot(file)
     file.write_text("built_on: [turtlebot2]\nname: mine\n")
-    with pytest.raises(RobotError, match="expected the name of a robot or a .yaml file"):
+    with pytest.raises(RobotError, match=r"expected the name of a robot or a \.yaml file"):
         load_robot(file)
     file.write_text("built_on: turtlebot2\nname: mine\nrig: {stereo: {raet: 5.0}}\n")
     with pytest.raises(RobotError, match=r"rig\.stereo\.raet.*Did you mean"):
