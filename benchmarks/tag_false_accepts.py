@@ -185,7 +185,7 @@ def picture(case: Case, rng: np.random.Generator) -> np.ndarray:
         near = np.hypot(u - case.cover[0], v - case.cover[1]) < case.cover[2]
         light[near] = rng.uniform(0.02, 0.9)
     grey = 255 * case.light * gaussian_filter(light, case.softness)
-    return np.clip(np.rint(grey + rng.normal(0, 2, grey.shape)), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(grey + rng.normal(0, 2, grey.shape)), 0, 255), dtype=np.uint8)
 
 
 def judge(case: Case, detector: Detector, rng: np.random.Generator) -> tuple[bool, bool, bool]:
