@@ -9,8 +9,9 @@ that the method's process gets from taking the one to taking the other.
 - A next frame, but time left (a fast simulator): it is not taken until the time is used up, or until all other threads
   sleep without having worked.
 
-Time in which a thread was ready to run and got no core is given back, where the kernel tells (`schedstat`): a method
-shall not suffer from a simulator that takes the cores.
+Time in which threads were ready to run and got no core is given back, where the kernel tells (`schedstat`): a method
+shall not suffer from a simulator that takes the cores. It is the mean over the threads, each with the weight of the
+time in which it wanted a core: with the longest wait of all, the other threads would get more than their period.
 """
 
 from __future__ import annotations
@@ -22,11 +23,14 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 _LOOK_EVERY_S = 0.001
 _QUIET_FOR = 6_000_000  # ns: longer than the naps between two looks for work of ORB-SLAM3's threads (3 and 5 ms)
 _QUIET_SHARE = 0.1  # of one core; looking for work costs less, work more
 _TASKS = Path("/proc/self/task")
+
+_Shares: TypeAlias = dict[str, tuple[int, int]]
 
 
 @dataclass(slots=True)
@@ -49,7 +53,7 @@ class Pacer:
         self._period = 0
         self._began = time.monotonic_ns()
         self._frozen = 0
-        self._delays = _run_delays()
+        self._shares = _shares()
 
     def take_frame(self, stamp: int) -> None:
         """Wait until the period before the frame stamped `stamp` (ns) is over for the method; begin the next."""
@@ -57,7 +61,7 @@ class Pacer:
             self._period = max(0, round((stamp - self._stamp) / self._cpu_scale))
             self._let_work()
         self._stamp = stamp
-        self._began, self._frozen, self._delays = time.monotonic_ns(), 0, _run_delays()
+        self._began, self._frozen, self._shares = time.monotonic_ns(), 0, _shares()
 
     def used(self) -> int:
         """Wall time in ns that the method's own threads have had since `take_frame`."""
@@ -68,11 +72,10 @@ class Pacer:
         return self._elapsed(own=True)
 
     def _elapsed(self, own: bool) -> int:
-        delays = _run_delays()
+        shares = _shares()
         if not own:  # while this thread waits for a core, the others may run
-            delays.pop(str(threading.get_native_id()), None)
-        waited = max((delay - self._delays.get(thread, 0) for thread, delay in delays.items()), default=0)
-        return time.monotonic_ns() - self._began - self._frozen - waited
+            shares.pop(str(threading.get_native_id()), None)
+        return time.monotonic_ns() - self._began - self._frozen - _mean_wait(shares, self._shares)
 
     def rest(self, request: int) -> None:
         """Return once there is something to read from `request`; frozen from the moment that the period is used up."""
@@ -114,13 +117,24 @@ def _state(thread: str) -> str:
         return "X"
 
 
-def _run_delays() -> dict[str, int]:
-    """Per thread the ns that it has waited for a core so far; empty where the kernel does not count them."""
-    delays: dict[str, int] = {}
+def _mean_wait(now: _Shares, before: _Shares) -> int:
+    """For how many ns a thread that wanted a core had none; mean over threads, weighted by how long they wanted one."""
+    waited = wanted = 0
+    for thread, (ran, delay) in now.items():
+        ran_before, delay_before = before.get(thread, (0, 0))
+        own, wish = delay - delay_before, ran - ran_before + delay - delay_before
+        waited, wanted = waited + own * wish, wanted + wish
+    return waited // wanted if wanted else 0
+
+
+def _shares() -> _Shares:
+    """Per thread the ns that it has run and waited for a core so far; empty where the kernel does not count them."""
+    shares: _Shares = {}
     for thread in os.listdir(_TASKS):  # noqa: PTH208 - quick
         try:
             with open(_TASKS / thread / "schedstat", "rb") as file:  # noqa: PTH123
-                delays[thread] = int(file.read().split()[1])
+                ran, delay, _ = file.read().split()
+                shares[thread] = int(ran), int(delay)
         except (OSError, ValueError, IndexError):
             continue
-    return delays
+    return shares
