@@ -20,13 +20,13 @@ from typing import Any
 
 from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
-from taskslam.benchmark.run import latency_words, machine, versions
-from taskslam.errors import InputError, RecordError
+from taskslam.benchmark.run import finished_run, latency_words, machine, versions
+from taskslam.errors import InputError
 from taskslam.measurements import NANOSECONDS
 from taskslam.openloop.dataset import Dataset
 from taskslam.openloop.replay import LINGER, Beginning, Played, check_sensors, find_beginning, play
 from taskslam.outcomes import Outcome
-from taskslam.record import Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter, load_run
+from taskslam.record import Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
 from taskslam.slam import MapMode, MethodCard
 from taskslam.slam.failure import MethodFailedError
 from taskslam.slam.guest import own_peak_memory
@@ -66,8 +66,10 @@ def replay(
     check_sensors(dataset, card)
     directory = out / dataset.name / request.method.replace(":", "_").replace("/", "_") / request.mode / "seed0"
     described = _described(dataset)
-    if (directory / "run.json").exists() and not overwrite:
-        return directory, _kept(directory, described, request, observer)
+    asked = (_hash(described), request.rounds, request.options, request.latency)
+    if not overwrite and (finished := finished_run(directory, *asked)) is not None:
+        observer.notice(f"{directory}: finished before, kept (--overwrite replays it again)")
+        return directory, finished.complete
     with RunWriter(directory, replace=overwrite) as record:
         complete = _Replay(dataset, request, card, record, observer).run(described)
     return directory, complete
@@ -245,14 +247,3 @@ def _size(path: Path) -> int:
 
 def _hash(described: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(described, sort_keys=True).encode()).hexdigest()
-
-
-def _kept(directory: Path, described: dict[str, Any], request: ReplayRequest, observer: Observer) -> bool:
-    manifest = load_run(directory).manifest
-    asked = (_hash(described), request.rounds, dict(request.options), latency_words(request.latency))
-    if (manifest.scenario_hash, manifest.rounds, manifest.method_options, manifest.latency) != asked:
-        raise RecordError(
-            f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
-        )
-    observer.notice(f"{directory}: finished before, kept (--overwrite replays it again)")
-    return manifest.complete

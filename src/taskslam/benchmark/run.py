@@ -71,7 +71,7 @@ def run(
     observer = observer or Observer()
     load_method(request.method)
     directory = run_directory(out, stage.scenario.name, request)
-    if not overwrite and (finished := finished_run(stage.scenario, stage.robot, request, directory)) is not None:
+    if not overwrite and (finished := finished_tour(stage.scenario, stage.robot, request, directory)) is not None:
         observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
         return directory, finished.complete
     for attempt in range(_RETRIES + 1):
@@ -84,7 +84,15 @@ def run(
     raise AssertionError("unreachable: the last attempt returns or raises")
 
 
-def finished_run(scenario: Scenario, robot: Robot, request: RunRequest, directory: Path) -> Manifest | None:
+def finished_tour(scenario: Scenario, robot: Robot, request: RunRequest, directory: Path) -> Manifest | None:
+    """As `finished_run`, of a tour in simulation."""
+    rounds = scenario.protocol.rounds
+    return finished_run(directory, _hash(scenario, robot), rounds, request.options, request.latency)
+
+
+def finished_run(
+    directory: Path, content_hash: str, rounds: int, options: Mapping[str, object], latency: LatencyModel
+) -> Manifest | None:
     """What the finished run at `directory` was, None if there is none.
 
     Raises:
@@ -93,11 +101,10 @@ def finished_run(scenario: Scenario, robot: Robot, request: RunRequest, director
     if not (directory / "run.json").exists():
         return None
     manifest = load_run(directory).manifest
-    asked = (_hash(scenario, robot), dict(request.options), latency_words(request.latency))
-    if (manifest.scenario_hash, manifest.method_options, manifest.latency) != asked:
+    asked = (content_hash, rounds, dict(options), latency_words(latency))
+    if (manifest.scenario_hash, manifest.rounds, manifest.method_options, manifest.latency) != asked:
         raise RecordError(
-            f"{directory}: a finished run of another configuration stands there; choose another --out, or `taskslam run"
-            " --overwrite`"
+            f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
         )
     return manifest
 

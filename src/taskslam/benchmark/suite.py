@@ -19,7 +19,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from taskslam.benchmark.protocol import Mode
-from taskslam.benchmark.run import RunRequest, finished_run, run_directory
+from taskslam.benchmark.run import RunRequest, finished_tour, run_directory
 from taskslam.errors import InputError, MethodUnavailableError, RecordError, did_you_mean
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
@@ -146,7 +146,7 @@ def _before(job: Job, out: Path) -> Result | None:
     scenario = load_scenario(job.scenario, job.overrides)
     request = RunRequest(job.method, Mode(job.mode), job.seed)
     try:
-        if finished_run(scenario, load_robot(scenario.robot), request, run_directory(out, scenario.name, request)):
+        if finished_tour(scenario, load_robot(scenario.robot), request, run_directory(out, scenario.name, request)):
             return Result(job, Ending.KEPT)
     except RecordError as error:
         return Result(job, Ending.REFUSED, str(error))
