@@ -21,7 +21,8 @@ import numpy.typing as npt
 
 from taskslam.geometry import FloatArray
 
-_FEWEST = 2  # known values below which a column has no variance
+FEWEST = 2
+"""Known values of a waypoint below which it has no scatter to judge."""
 
 
 def filled(tables: FloatArray) -> FloatArray | None:
@@ -35,7 +36,7 @@ def filled(tables: FloatArray) -> FloatArray | None:
     if not missing.any():
         return tables
     M = tables.shape[-2]
-    columns = (~missing).reshape(-1, *tables.shape[-2:])[0].sum(axis=0) >= _FEWEST
+    columns = (~missing).reshape(-1, *tables.shape[-2:])[0].sum(axis=0) >= FEWEST
     if not columns.any():
         return None
     tables = tables[..., columns]

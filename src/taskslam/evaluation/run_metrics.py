@@ -35,14 +35,12 @@ from taskslam.evaluation.metrics_file import (
     Visit,
     WaypointMetrics,
 )
+from taskslam.evaluation.missing import FEWEST
 from taskslam.evaluation.uncertainty import Sample, uncertainty
 from taskslam.evaluation.upstream import NONE, Deviation, Deviations
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, RoundStarted, RunRecord
-
-FEWEST = 2
-"""Rounds below which a waypoint with missing data is not judged."""
 
 FARTHEST = 1e7
 """Metres. What lies farther away than the pole from the equator is no place, and its square is soon no number."""

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from taskslam import __version__
+from taskslam.evaluation.missing import FEWEST
 from taskslam.geometry import SE2, mean_heading
 from taskslam.measurements import NANOSECONDS
 from taskslam.outcomes import Outcome
@@ -37,9 +38,6 @@ from taskslam.record.files import writing
 
 Key = tuple[int, int]
 """Round and goal."""
-
-FEWEST = 2
-"""Measured rounds below which there is no scatter to judge."""
 
 
 def run_events(log: ArrivalLog, measured: Mapping[Key, MeasuredArrival], pause: float) -> list[Event]:
