@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import typer
 
+from taskslam.cli.registered import registered_table
+
 app = typer.Typer(no_args_is_help=True, help="Local planners: what turns a path into velocity commands.")
 
 
@@ -19,13 +21,7 @@ def list_planners() -> None:
     Example: `taskslam planners list`, then `taskslam run house -m karto --set planner=NAME`
     """
     from rich.console import Console
-    from rich.table import Table
 
     from taskslam.navigation.planners import registered_planners
 
-    table = Table(box=None, pad_edge=False)
-    table.add_column("name", style="bold")
-    table.add_column("made by")
-    for name, entry in registered_planners().items():
-        table.add_row(name, entry.value)
-    Console().print(table)
+    Console().print(registered_table(registered_planners()))

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.registered import registered_table
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -35,16 +37,9 @@ def list_worlds() -> None:
 
     Example: `taskslam worlds list`
     """
-    from rich.table import Table
-
     from taskslam.world.loading import registered_worlds
 
-    table = Table(box=None, pad_edge=False)
-    table.add_column("name", style="bold")
-    table.add_column("made by")
-    for name, entry in registered_worlds().items():
-        table.add_row(name, entry.value)
-    _console().print(table)
+    _console().print(registered_table(registered_worlds()))
     _console().print("Any Gazebo world file can be used in the place of a name.", style="dim")
 
 
