@@ -53,6 +53,16 @@ def measured(folder: Path, out: Path) -> tuple[RunMetrics, dict[tuple[int, int],
     return metrics, {(a.arrival.round, a.arrival.goal): f"{a.verdict}: {a.reason}" for a in run.arrivals}
 
 
+def with_a_dead_camera(lab: Path, place: Path, *rounds: int) -> Path:
+    """A copy of the lab without the pictures of the last waypoint in these rounds."""
+    folder = place / "lab"
+    shutil.copytree(lab, folder)
+    for number in rounds:
+        for path in pictures(folder, number, STRAY[1]):
+            path.unlink()
+    return folder
+
+
 def test_the_lab_keeps_what_a_recorder_would(strayed: Path) -> None:
     """A picture every 1.5 s at most where the robot is not, more where it is."""
     there, elsewhere = pictures(strayed, 1, 11), pictures(strayed, *STRAY)
@@ -75,23 +85,14 @@ def test_a_robot_that_never_came_into_sight_has_not_arrived(strayed: Path, tmp_p
 
 
 def test_a_camera_that_was_dead_decides_nothing(strayed: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "lab"
-    shutil.copytree(strayed, folder)
-    for path in pictures(folder, *STRAY):
-        path.unlink()
-    metrics, said = measured(folder, tmp_path / "out")
+    metrics, said = measured(with_a_dead_camera(strayed, tmp_path, STRAY[0]), tmp_path / "out")
     assert "ambiguous: camera corridor took no image during the pause; the nearest, " in said[STRAY]
     waypoint = metrics.waypoints[11]  # judged on the two rounds that were measured
     assert (waypoint.complete, waypoint.unjudged, waypoint.visits, waypoint.rounds) == (True, None, 2, 2)
 
 
 def test_a_camera_that_was_dead_twice_of_three_times_leaves_nothing_to_judge(strayed: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "lab"
-    shutil.copytree(strayed, folder)
-    for number in (1, 2):
-        for path in pictures(folder, number, 11):
-            path.unlink()
-    metrics, _ = measured(folder, tmp_path / "out")
+    metrics, _ = measured(with_a_dead_camera(strayed, tmp_path, 1, 2), tmp_path / "out")
     reason = metrics.waypoints[11].unjudged
     assert reason is not None
     assert reason.startswith("1 of 3 rounds measured; round 2 is ambiguous: camera corridor took no image")
@@ -99,12 +100,7 @@ def test_a_camera_that_was_dead_twice_of_three_times_leaves_nothing_to_judge(str
 
 def test_a_camera_that_died_hides_no_absence(strayed: Path, tmp_path: Path) -> None:
     """The robot was elsewhere in round 3; that the camera was off in rounds 1 and 2 does not excuse it."""
-    folder = tmp_path / "lab"
-    shutil.copytree(strayed, folder)
-    for number in (0, 1):
-        for path in pictures(folder, number, 11):
-            path.unlink()
-    metrics, _ = measured(folder, tmp_path / "out")
+    metrics, _ = measured(with_a_dead_camera(strayed, tmp_path, 0, 1), tmp_path / "out")
     waypoint = metrics.waypoints[11]
     assert (waypoint.complete, waypoint.unjudged, waypoint.visits, waypoint.rounds) == (False, None, 0, 1)
 
