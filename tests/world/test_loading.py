@@ -165,10 +165,9 @@ def registered(monkeypatch, make_world):
                 raise ImportError("no module named lost")
             return build if self.value == "good:build" else lambda: 5
 
-    entries = [
-        Entry(n, v, loading.WORLD_GROUP) for n, v in (("cube", "good:build"), ("five", "f:5"), ("lost", "lost:build"))
-    ]
-    monkeypatch.setattr(loading, "entry_points", lambda group: entries if group == "taskslam.worlds" else [])
+    targets = {"cube": "good:build", "five": "f:5", "lost": "lost:build"}
+    entries = {name: Entry(name, target, loading.WORLD_GROUP) for name, target in targets.items()}
+    monkeypatch.setattr(loading, "registered", lambda group: entries if group == "taskslam.worlds" else {})
 
 
 @pytest.mark.usefixtures("registered")

@@ -7,12 +7,13 @@ what it raises, and a command that is none, ends the run with a sentence that na
 from __future__ import annotations
 
 import math
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 
 from taskslam.errors import PlannerError, did_you_mean
 from taskslam.measurements import NANOSECONDS
 from taskslam.navigation.local_planner import ControlRequest, LocalPlanner
 from taskslam.navigation.velocity_smoother import Velocity
+from taskslam.plugins import registered
 from taskslam.robot.robot import Robot
 
 PLANNER_GROUP = "taskslam.planners"
@@ -20,7 +21,7 @@ PLANNER_GROUP = "taskslam.planners"
 
 def registered_planners() -> dict[str, EntryPoint]:
     """All local planners by name. Nothing is imported."""
-    return {entry.name: entry for entry in sorted(entry_points(group=PLANNER_GROUP), key=lambda entry: entry.name)}
+    return registered(PLANNER_GROUP)
 
 
 def find_planner(name: str) -> EntryPoint:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib import metadata
 
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError, did_you_mean
+from taskslam.plugins import registered
 from taskslam.slam.base import MethodCard, SlamMethod
 
 GROUP = "taskslam.methods"
@@ -37,11 +38,10 @@ class MethodState:
 
 def registered_methods() -> dict[str, MethodEntry]:
     """All registered methods by name, sorted. Nothing is imported."""
-    found: dict[str, MethodEntry] = {}
-    for point in metadata.entry_points(group=GROUP):
-        distribution = point.dist.name if point.dist is not None else ""
-        found.setdefault(point.name, MethodEntry(point.name, point.value, distribution))
-    return dict(sorted(found.items()))
+    return {
+        name: MethodEntry(name, entry.value, entry.dist.name if entry.dist is not None else "")
+        for name, entry in registered(GROUP).items()
+    }
 
 
 def find_method(name: str) -> MethodEntry:

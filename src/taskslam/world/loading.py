@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 from taskslam.errors import WorldError, did_you_mean
+from taskslam.plugins import registered
 from taskslam.world.cache import cache_file, default_cache_dir, load_cached, save_cached
 from taskslam.world.gazebo.resources import Resources, search_roots
 from taskslam.world.world import World
@@ -18,7 +19,7 @@ WORLD_SUFFIXES = (".world", ".sdf")
 
 def registered_worlds() -> dict[str, EntryPoint]:
     """Worlds built in code, by name: entry points of the group `taskslam.worlds`, each a callable `() -> World`."""
-    return {entry.name: entry for entry in sorted(entry_points(group=WORLD_GROUP), key=lambda entry: entry.name)}
+    return registered(WORLD_GROUP)
 
 
 def load_world(
