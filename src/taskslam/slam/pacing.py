@@ -6,8 +6,8 @@ that the method's process gets from taking the one to taking the other.
 
 - Used up, and no next frame yet (a slow simulator): the process freezes itself with SIGSTOP; the host wakes it with
   SIGCONT when it writes.
-- A next frame, but time left (a fast simulator): it is not taken until the time is used up. That the threads seem to
-  sleep is no reason to take it earlier: they also nap, wait for one another and poll by the clock.
+- A next frame, but time left (a fast simulator): it is not taken until the time is used up, or until all other threads
+  sleep without having worked.
 
 Time in which threads were ready to run and got no core is given back, where the kernel tells (`schedstat`): a method
 shall not suffer from a simulator that takes the cores. It is the mean over the threads, each with the weight of the
@@ -21,17 +21,24 @@ import select
 import signal
 import threading
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from taskslam.measurements import NANOSECONDS
-
-LONGEST_PERIOD = 5 * NANOSECONDS
-"""What a method gets at most between two frames; after a longer gap in a recording nobody shall wait for nothing."""
-
+_LOOK_EVERY_S = 0.001
+_QUIET_FOR = 6_000_000  # ns: longer than the naps between two looks for work of ORB-SLAM3's threads (3 and 5 ms)
+_QUIET_SHARE = 0.1  # of one core; looking for work costs less, work more
 _TASKS = Path("/proc/self/task")
 
 _Shares: TypeAlias = dict[str, tuple[int, int]]
+
+
+@dataclass(slots=True)
+class _Lull:
+    """Since when (ns of the monotonic clock) the other threads have seemed to sleep, and their CPU time then (ns)."""
+
+    since: int
+    worked: int
 
 
 class Pacer:
@@ -51,9 +58,8 @@ class Pacer:
     def take_frame(self, stamp: int) -> None:
         """Wait until the period before the frame stamped `stamp` (ns) is over for the method; begin the next."""
         if self._stamp is not None:
-            self._period = min(max(0, round((stamp - self._stamp) / self._cpu_scale)), LONGEST_PERIOD)
-            while (left := self._period - self.used()) > 0:
-                time.sleep(left / NANOSECONDS)
+            self._period = max(0, round((stamp - self._stamp) / self._cpu_scale))
+            self._let_work()
         self._stamp = stamp
         self._began, self._frozen, self._shares = time.monotonic_ns(), 0, _shares()
 
@@ -80,6 +86,35 @@ class Pacer:
                 before = time.monotonic_ns()
                 os.kill(os.getpid(), signal.SIGSTOP)
                 self._frozen += time.monotonic_ns() - before
+
+    def _let_work(self) -> None:
+        lull = _Lull(time.monotonic_ns(), _work_of_others())
+        while self.used() < self._period:
+            time.sleep(_LOOK_EVERY_S)
+            now, worked = time.monotonic_ns(), _work_of_others()
+            if _others_runnable() or worked - lull.worked > _QUIET_SHARE * _QUIET_FOR:
+                lull = _Lull(now, worked)
+            elif now - lull.since >= _QUIET_FOR:
+                return
+
+
+def _work_of_others() -> int:
+    """CPU time in ns of all threads but this one."""
+    return time.process_time_ns() - time.thread_time_ns()
+
+
+def _others_runnable() -> bool:
+    """Whether any other thread runs, wants to, or waits for a disk."""
+    own = str(threading.get_native_id())
+    return any(thread != own and _state(thread) in "RD" for thread in os.listdir(_TASKS))  # noqa: PTH208 - quick
+
+
+def _state(thread: str) -> str:
+    try:
+        with open(_TASKS / thread / "stat", "rb") as file:  # noqa: PTH123
+            return chr(file.read().rpartition(b") ")[2][0])
+    except (OSError, IndexError):  # it ended just now
+        return "X"
 
 
 def _mean_wait(now: _Shares, before: _Shares) -> int:
