@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from taskslam.measurements import LaserScan
+from taskslam.measurements import NANOSECONDS, LaserScan
+from taskslam.slam import pacing
 from taskslam.slam.latency import LatencyModel
 
 PERIOD_MS = 40
@@ -57,6 +58,16 @@ def test_a_method_that_sleeps_is_not_waited_for(crunch):
     began = time.monotonic()
     crunch(0.0, frames=50)
     assert asleep < 0.75 * (time.monotonic() - began)
+
+
+def test_a_method_that_always_works_is_given_no_more_than_a_while_of_a_gap(monkeypatch):
+    monkeypatch.setattr(pacing, "LONGEST_PERIOD", 100_000_000)
+    monkeypatch.setattr(pacing, "_others_runnable", lambda: True)
+    pacer = pacing.Pacer(1.0)
+    began = time.monotonic()
+    for stamp in (0, 3600 * NANOSECONDS):
+        pacer.take_frame(stamp)
+    assert 0.1 <= time.monotonic() - began < 60.0
 
 
 def test_between_frames_the_process_is_frozen_and_ends_all_the_same(host_of):

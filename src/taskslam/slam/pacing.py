@@ -25,6 +25,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from taskslam.measurements import NANOSECONDS
+
+LONGEST_PERIOD = 5 * NANOSECONDS
+"""What a method gets at most between two frames: a long gap in a recording is not waited for."""
+
 _LOOK_EVERY_S = 0.001
 _QUIET_FOR = 6_000_000  # ns: longer than the naps between two looks for work of ORB-SLAM3's threads (3 and 5 ms)
 _QUIET_SHARE = 0.1  # of one core; looking for work costs less, work more
@@ -58,7 +63,7 @@ class Pacer:
     def take_frame(self, stamp: int) -> None:
         """Wait until the period before the frame stamped `stamp` (ns) is over for the method; begin the next."""
         if self._stamp is not None:
-            self._period = max(0, round((stamp - self._stamp) / self._cpu_scale))
+            self._period = min(max(0, round((stamp - self._stamp) / self._cpu_scale)), LONGEST_PERIOD)
             self._let_work()
         self._stamp = stamp
         self._began, self._frozen, self._shares = time.monotonic_ns(), 0, _shares()
