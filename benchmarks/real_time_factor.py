@@ -1,17 +1,16 @@
 """Real-time factor of each sensor suite on one core, with and without a method's own compute time, and memory.
 
     python benchmarks/real_time_factor.py [--rounds 1] [--goals 12] [--suites odometry 2d 3d stereo]
-    python benchmarks/real_time_factor.py --goals 12 --methods karto orb_slam3 ...
+    python benchmarks/real_time_factor.py --methods karto orb_slam3 ... [--robot turtlebot2_vga15]
 
 One core holds everything: simulator, navigation, host and the method's process. For each suite first a witness drives:
 a method that is handed all of the suite's measurements in its own process, and steers by the truth. That is the loop
-alone. Then a real method drives on the same measurements. Peak memory is the largest resident set of each process.
+alone. Then a real method drives on the same measurements. Memory is the largest resident set of each process.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
 import tempfile
 import time
 from dataclasses import replace
@@ -25,6 +24,7 @@ from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import Sensor
 from taskslam.record.run_directory import load_run
 from taskslam.scenario import load_scenario
+from taskslam.slam.guest import own_peak_memory
 from taskslam.slam.methods.ground_truth import GroundTruth
 
 
@@ -62,25 +62,25 @@ def main() -> None:
     parser.add_argument("--goals", type=int, default=3, help="how many goals of the tour")
     parser.add_argument("--suites", nargs="+", choices=SUITES, default=list(SUITES))
     parser.add_argument("--methods", nargs="+", metavar="NAME", help="these methods, instead of suites")
+    parser.add_argument("--robot", default="turtlebot2", help="a preset or a robot file, of a slower camera say")
     asked = parser.parse_args()
     suites = {"": ("methods", tuple(asked.methods))} if asked.methods else {name: SUITES[name] for name in asked.suites}
     world = aws_world("aws_small_house")
     name = "aws_small_house" if world else "house"
     path = list(range(asked.goals + 1))
-    scenario = load_scenario(name, [f"protocol.rounds={asked.rounds}", f"sequence.path={path}"])
+    overrides = [f"protocol.rounds={asked.rounds}", f"sequence.path={path}", f"robot={asked.robot}"]
+    scenario = load_scenario(name, overrides)
     stage = set_stage(scenario, [world] if world else [], Observer())
     with tempfile.TemporaryDirectory() as folder:
         run(stage, RunRequest("karto", Mode.WITHOUT_MAP, seed=99), Path(folder))  # compiles and fills caches
         pin_to_one_core()
         print(machine_line())
-        print(f"{name}, {asked.goals} goals, {asked.rounds} round(s), one core")
+        print(f"{name}, {asked.robot}, {asked.goals} goals, {asked.rounds} round(s), one core")
         for title, methods in suites.values():
             print(f"{title}:")
             for method in methods:
                 measure(stage, method, Path(folder))
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    child = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-    print(f"peak memory: benchmark {own:.0f} MiB, largest method's process {child:.0f} MiB")
+    print(f"peak memory of the benchmark: {mebibytes(own_peak_memory())}")
 
 
 def measure(stage: Stage, method: str, folder: Path) -> None:
@@ -92,9 +92,14 @@ def measure(stage: Stage, method: str, folder: Path) -> None:
     what = "the loop alone" if ":" in method else method
     print(
         f"  {what:15} {manifest.simulated_s:6.0f} s simulated, {manifest.simulated_s / wall:6.2f} x real time;"
-        f" {'complete' if complete else manifest.failure}",
+        f" its process {mebibytes(manifest.method_peak_bytes)}; {'complete' if complete else manifest.failure}",
         flush=True,
     )
+
+
+def mebibytes(size: int | None) -> str:
+    """Bytes in words."""
+    return "of unknown size" if size is None else f"{size / 2**20:.0f} MiB"
 
 
 if __name__ == "__main__":
