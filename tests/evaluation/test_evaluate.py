@@ -72,7 +72,21 @@ def test_runs_of_two_planners_are_never_pooled(build, tmp_path):
     (run,) = evaluate_runs([tmp_path / "results"]).runs
     teb, measured, other = (run.model_copy(update={"planner": name}) for name in ("teb", None, "dwa"))
     assert list(by_method([teb, measured.model_copy(update={"seed": 1})])) == ["karto"]
-    assert list(by_method([teb, other])) == ["karto with teb", "karto with dwa"]
+    assert list(by_method([teb, other])) == ["karto (teb planner)", "karto (dwa planner)"]
+
+
+def test_a_tour_that_was_driven_twice_in_the_same_way_is_not_pooled_but_named_by_its_folder(build, tmp_path):
+    for name in ("first", "second"):
+        two_rounds(build(name, goals=1, rounds=2)).write()
+    runs = evaluate_runs([tmp_path / "results"]).runs
+    assert list(by_method(runs)) == ["karto (first)", "karto (second)"]
+
+
+def test_the_file_says_in_which_way_a_method_was_run(build, tmp_path):
+    two_rounds(build(goals=1, rounds=2)).write(method_options={"resolution": 0.1}, latency="zero")
+    path = write_metrics(tmp_path, evaluate_runs([tmp_path / "results"]))
+    (run,) = read_metrics(path).runs
+    assert (run.method_options, run.latency, run.planner, run.robot) == ({"resolution": 0.1}, "zero", "teb", None)
 
 
 def test_the_file_says_which_definitions_it_holds(build, tmp_path):

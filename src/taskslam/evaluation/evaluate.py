@@ -10,6 +10,7 @@ from pathlib import Path
 from taskslam.errors import RecordError
 from taskslam.evaluation.comparison import METRICS, compare_methods
 from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics, read_metrics
+from taskslam.evaluation.names import method_labels
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.evaluation.upstream import NONE, Deviations, names_of
 from taskslam.record import RunRecord, find_partial_runs, find_runs, load_run
@@ -44,17 +45,13 @@ def load_metrics(path: Path) -> MetricsFile:
 
 
 def by_method(runs: Sequence[RunMetrics]) -> dict[str, list[RunMetrics]]:
-    """Runs of each method, and of each planner if there are several.
-
-    Of a method that drove a sequence twice (with other options, say) each run by its directory.
-    """
-    planners = {run.planner for run in runs if run.planner is not None}
-    names = [f"{run.method} with {run.planner}" if len(planners) > 1 else run.method for run in runs]
-    times = Counter((name, run.mode, run.scenario, run.seed) for name, run in zip(names, runs, strict=True))
+    """Runs by the labels of their methods; of a tour that was driven twice in the same way, each by its directory."""
+    labels = method_labels(runs)
+    times = Counter((label, run.mode, run.scenario, run.seed) for label, run in zip(labels, runs, strict=True))
     twice = {key[0] for key, count in times.items() if count > 1}
     groups: dict[str, list[RunMetrics]] = {}
-    for name, run in zip(names, runs, strict=True):
-        groups.setdefault(f"{name} ({run.directory})" if name in twice else name, []).append(run)
+    for label, run in zip(labels, runs, strict=True):
+        groups.setdefault(f"{label} ({run.directory})" if label in twice else label, []).append(run)
     return groups
 
 

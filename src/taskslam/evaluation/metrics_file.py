@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import indent
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from taskslam.errors import RecordError
 from taskslam.record.files import write_whole
@@ -194,7 +194,8 @@ class RunMetrics(_Part):
     """One run. position, orientation, iso9283, control, estimation: means over complete waypoints, each with weight 1.
 
     planned_waypoints: those that can be judged. truth_frame: `waypoint` where true poses have no place in `map`: then
-    accuracy and the share of estimation are not defined. planner: the local one, null where it is not known.
+    accuracy and the share of estimation are not defined. method_options, latency, planner (the local one) and robot say
+    in which way the method was run; null where it is not known.
     journal_damaged: a sentence with file and line for every line of the journal that could not be used.
     by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
     """
@@ -232,7 +233,10 @@ class RunMetrics(_Part):
     journal_truncated: bool
     journal_damaged: tuple[str, ...] = ()
     truth_frame: Literal["map", "waypoint"] = "map"
+    method_options: dict[str, Any] = Field(default_factory=dict)
+    latency: str | None = None
     planner: str | None = None
+    robot: str | None = None
     by_definition: Headline | None = None
 
     @property

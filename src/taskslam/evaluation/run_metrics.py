@@ -129,7 +129,10 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         journal_truncated=record.truncated,
         journal_damaged=record.damaged,
         truth_frame=manifest.truth_frame,
+        method_options=manifest.method_options,
+        latency=manifest.latency,
         planner=manifest.planner,
+        robot=manifest.robot_name,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -51,6 +52,7 @@ class _Scenario(_Loose):
     sequence: _Sequence | None = None
     units: _Units = _Units()
     planner: str = "teb"  # which drove all runs before there was a choice
+    robot: str | None = None
 
 
 class Manifest(_Part):
@@ -139,6 +141,11 @@ class Manifest(_Part):
     def planner(self) -> str | None:
         """The local planner that drove; None where it is not known, as of a robot that was only measured."""
         return self._view.planner if self.source == "simulation" or "planner" in self.scenario else None
+
+    @property
+    def robot_name(self) -> str | None:
+        """The preset's or file's name of the robot, without folder and suffix; None where it is not known."""
+        return Path(self._view.robot).stem if self._view.robot else None
 
     @property
     def is_reference(self) -> bool:

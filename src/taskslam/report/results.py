@@ -17,11 +17,11 @@ from markupsafe import Markup
 
 from taskslam.evaluation import read_runs
 from taskslam.evaluation.metrics_file import LeftOut, RunMetrics
+from taskslam.evaluation.names import method_labels
 from taskslam.evaluation.pooled import Pooled, missing_sequences, pool
 from taskslam.record import Manifest, RunRecord
 from taskslam.report import cards, words
 from taskslam.report.markers import Style, marker_icon, method_styles
-from taskslam.report.names import method_labels
 from taskslam.report.units import Units
 
 MODES = ("without-map", "with-map")
@@ -234,7 +234,7 @@ class Results:
 def read_results(folders: Sequence[Path]) -> Results:
     """The finished runs at or below some folders. Raises RecordError if there is no run, finished or not."""
     read, left_out = read_runs(folders)
-    labels = method_labels([record.manifest for record, _ in read])
+    labels = method_labels([metrics for _, metrics in read])
     sensors = {
         label: cards.main_sensor(record.manifest.method_card) for label, (record, _) in zip(labels, read, strict=True)
     }
