@@ -7,10 +7,10 @@ from typer.testing import CliRunner
 from taskslam.cli.evaluate import evaluate
 
 
-def invoke(*arguments):
+def invoke(*arguments, columns="100"):
     app = typer.Typer()
     app.command()(evaluate)
-    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "100"})
+    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": columns})
 
 
 def test_tables_are_shown_and_metrics_written(results):
@@ -34,6 +34,21 @@ def test_the_summary_alone_fits_100_columns(results):
     assert all(len(line.rstrip()) <= 100 for line in tables)
     assert "method MB" in result.output
     assert tables[1].rstrip().endswith(" 312")
+
+
+def test_on_a_narrow_screen_intervals_go_and_names_stay(results):
+    wide, narrow = invoke(results, "--no-waypoints").output, invoke(results, "--no-waypoints", columns="80").output
+    assert ("[95 %]" in wide, "[95 %]" in narrow) == (True, False)
+    rows = [line for line in narrow.splitlines() if "karto" in line]
+    assert len(rows) == 2
+    assert all(len(line) <= 80 for line in rows)
+    assert "…" not in narrow
+
+
+def test_a_pipe_has_no_edge(results):
+    printed = invoke(results, "--no-waypoints", columns=None).output
+    assert "[95 %]" in printed
+    assert "…" not in printed
 
 
 def test_the_published_definitions_can_be_asked_for(results):

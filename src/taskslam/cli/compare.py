@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import standard_output
+
 if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
@@ -39,8 +41,6 @@ def compare(
 
         taskslam compare main-results results --fail-on accuracy:+1cm,n_auc:-0.02 --junit compare.xml
     """
-    from rich.console import Console
-
     from taskslam.evaluation import gate, gate_files
     from taskslam.evaluation.evaluate import load_metrics
     from taskslam.record.files import write_whole
@@ -55,7 +55,7 @@ def compare(
     ):
         if path is not None:
             write_whole(path, text(report))
-    console = Console(highlight=False)
+    console = standard_output()
     if report.findings:
         console.print(_table(report))
     for finding in report.regressions:

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import typer
 
+from taskslam.cli.console import standard_output
+
 _CORE = ("numpy", "scipy", "numba", "embreex", "trimesh", "pycollada", "gtsam", "pydantic", "matplotlib", "rosbags")
 _TAGS = ("apriltag-python", "opencv-python-headless")
 _IMPORTS = {"pycollada": "collada", "apriltag-python": "apriltag", "opencv-python-headless": "cv2"}
@@ -41,11 +43,10 @@ class Finding:
 
 def doctor() -> None:
     """Say what works on this machine, what is missing and how to get it; exit status 3 if the main job cannot run."""
-    from rich.console import Console
     from rich.markup import escape
 
     colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
-    console = Console(highlight=False)
+    console = standard_output()
     findings = [*machine(), *core_packages(), *tag_packages(), *methods(), *system_libraries(), *environment()]
     width = max(len(finding.what) for finding in findings)
     for finding in findings:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from taskslam.cli.console import standard_output
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
 
 _FEW_RUNS, _MOST_RUNS = 40, 500  # shown by waypoint; shown at all
 _MOST_PAIRS = 10  # of methods, whose comparison is shown
+_WITH_INTERVALS = 100  # columns of the screen
 
 
 def evaluate(
@@ -44,24 +48,24 @@ def evaluate(
 
         taskslam evaluate results --deviations unnormalised-heading,priming-round
     """
-    from rich.console import Console
-
     from taskslam.evaluation import evaluate_runs, write_metrics
+    from taskslam.evaluation.names import method_labels
     from taskslam.evaluation.upstream import ALL, NONE, parse_deviations
 
     chosen = parse_deviations(deviations) if deviations else ALL if upstream_compat else NONE
     metrics = evaluate_runs([directory], chosen)
     path = write_metrics(directory, metrics)
-    console = Console(highlight=False)
+    console = standard_output()
+    labels = method_labels(metrics.runs)
     if waypoints or (waypoints is None and len(metrics.runs) <= _FEW_RUNS):
-        for run in metrics.runs:
-            console.print(_waypoint_table(run))
+        for label, run in zip(labels, metrics.runs, strict=True):
+            console.print(_waypoint_table(label, run))
             _print_failures(console, run)
             console.print()
     if len(metrics.runs) > _MOST_RUNS:
         typer.echo(f"{len(metrics.runs):,} runs are too many for a table: they are in metrics.json.")
     elif metrics.runs:
-        _print_summary(console, metrics)
+        _print_summary(console, metrics, labels)
     for said in (sentence for run in metrics.runs for sentence in run.journal_damaged):
         typer.echo(f"Damaged: {said}", err=True)
     for left in metrics.left_out:
@@ -69,22 +73,22 @@ def evaluate(
     typer.echo(f"Metrics: {path}")
 
 
-def _print_summary(console: Console, metrics: MetricsFile) -> None:
-    """Two tables a scenario, each narrow enough for 100 columns: how well it went, and what it took."""
+def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:
+    """Two tables a scenario: how well it went, and what it took. Where the screen is narrow, without intervals."""
+    wide = console.width >= _WITH_INTERVALS
+    E, e = ("E cm [95 %]", "e cm [95 %]") if wide else ("E cm", "e cm")
     for scenario in sorted({run.scenario for run in metrics.runs}):
-        results = _table(
-            f"{scenario}: results", ("complete", "E cm [95 %]", "e cm [95 %]", "Δ °", "δ °", "N-AUC", "exact")
-        )
-        effort = _table(f"{scenario}: effort", ("failures", "simulated min", "× real", "dropped frames", "method MB"))
-        for run in metrics.runs:
+        results = _table(f"{scenario}: results", ("complete", E, e, "Δ °", "δ °", "N-AUC", "exact"))
+        effort = _table(f"{scenario}: effort", ("failures", "sim. min", "× real", "dropped frames", "method MB"))
+        for label, run in zip(labels, metrics.runs, strict=True):
             if run.scenario != scenario:
                 continue
-            who = (run.method, "w/" if run.mode == "with-map" else "w/o", str(run.seed))
+            who = _who(label, run)
             results.add_row(
                 *who,
                 f"{run.complete_waypoints}/{run.planned_waypoints}",
-                _with_interval(run.position.precision_m, run.uncertainty.precision_m),
-                _with_interval(run.position.accuracy_m, run.uncertainty.accuracy_m),
+                _with_interval(run.position.precision_m, run.uncertainty.precision_m if wide else None),
+                _with_interval(run.position.accuracy_m, run.uncertainty.accuracy_m if wide else None),
                 _degrees(run.orientation.precision_rad),
                 _degrees(run.orientation.accuracy_rad),
                 _plain(run.n_auc.published, 3),
@@ -102,11 +106,16 @@ def _print_summary(console: Console, metrics: MetricsFile) -> None:
         console.print(effort)
     console.print(
         "E, Δ: mean distance and angle of arrivals to their mean; e, δ: to the goal."
-        " Means over waypoints reached in every round; [ ]: 95 % interval over rounds and waypoints."
+        " Means over waypoints reached in every round"
+        + (
+            "; [ ]: 95 % interval over rounds and waypoints."
+            if wide
+            else f" ({_WITH_INTERVALS} columns show intervals)."
+        )
     )
     _print_comparisons(console, metrics)
     if metrics.deviations:
-        _print_deviations(console, metrics)
+        _print_deviations(console, metrics, labels)
 
 
 def _print_comparisons(console: Console, metrics: MetricsFile) -> None:
@@ -122,19 +131,18 @@ def _print_comparisons(console: Console, metrics: MetricsFile) -> None:
                 console.print(f"  {comparison.verdict}", markup=False)
 
 
-def _print_deviations(console: Console, metrics: MetricsFile) -> None:
+def _print_deviations(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:
     """What the published code makes of each run, what the definitions give, and the difference."""
     names = ("as published", "by definition", "difference")
     table = _table(f"Deviations of the published code: {', '.join(metrics.deviations)}", ("quantity", *names))
-    for run in metrics.runs:
+    for label, run in zip(labels, metrics.runs, strict=True):
         if run.by_definition is None:
             continue
         for what, field, show in _QUANTITIES:
             published, right = getattr(run.headline, field), getattr(run.by_definition, field)
             if published != right and not math.isclose(published or 0.0, right or 0.0, rel_tol=1e-4):
                 difference = None if published is None or right is None else published - right
-                who = (run.method, "w/" if run.mode == "with-map" else "w/o", str(run.seed))
-                table.add_row(*who, what, show(published), show(right), show(difference))
+                table.add_row(*_who(label, run), what, show(published), show(right), show(difference))
     if table.row_count:
         console.print(table)
     else:
@@ -148,7 +156,7 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
     table = Table(
         title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
     )
-    table.add_column("method", overflow="fold")
+    table.add_column("method", overflow="fold", min_width=12)
     table.add_column("map", no_wrap=True)
     table.add_column("seed", no_wrap=True, justify="right")
     for name in columns:
@@ -156,11 +164,15 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
     return table
 
 
-def _waypoint_table(run: RunMetrics) -> Table:
+def _who(label: str, run: RunMetrics) -> tuple[str, str, str]:
+    return (label, "w/" if run.mode == "with-map" else "w/o", str(run.seed))
+
+
+def _waypoint_table(label: str, run: RunMetrics) -> Table:
     from rich import box
     from rich.table import Table
 
-    title = f"{run.scenario} · {run.method} · {run.mode} · seed {run.seed}"
+    title = f"{run.scenario} · {label} · {run.mode} · seed {run.seed}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
     names = ("waypoint", "visits", "E cm", "e cm", "Δ °", "δ °", "control cm", "estimation cm")
     for name in names:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import standard_output
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -55,8 +57,6 @@ def evaluate_trajectories(
 
         taskslam evaluate-trajectories poses/00.txt results/00.txt --times sequences/00/times.txt
     """
-    from rich.console import Console
-
     from taskslam.openloop.study import load_study
     from taskslam.openloop.study_evaluation import Settings, evaluate_study
     from taskslam.openloop.study_results import write_results
@@ -67,7 +67,7 @@ def evaluate_trajectories(
     settings = Settings(_alignment(align), _nanoseconds(max_difference), _delta(rpe), upstream_compat)
     study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times))
     results = evaluate_study(study, settings)
-    console = Console(highlight=False)
+    console = standard_output()
     _print_runs(console, results)
     _print_sequences(console, results)
     for left in results.left_out:

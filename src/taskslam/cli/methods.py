@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import standard_output
 from taskslam.cli.options import parse_options
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from taskslam.slam.base import MethodCard
     from taskslam.slam.conformance import CheckResult
 
@@ -47,7 +46,7 @@ def list_methods() -> None:
             )
         if state.problem:
             broken.append(f"{escape(state.entry.name)}: {escape(state.problem)}")
-    console = _console()
+    console = standard_output()
     console.print(table)
     console.print("\n[dim]map: what it does with its map in with-map rounds")
     console.print("[dim]repeats: the same input gives the same bytes")
@@ -71,7 +70,7 @@ def show(name: Annotated[str, typer.Argument(help="A method's name, or package.m
         table.add_row(key, escape(value))
     table.add_row("class", escape(state.entry.target))
     table.add_row("available", escape(state.problem) if state.problem else "yes")
-    _console().print(table)
+    standard_output().print(table)
 
 
 @app.command("check")
@@ -97,7 +96,7 @@ def check(
     from taskslam.robot import load_robot
     from taskslam.slam.conformance import Verdict, check_method
 
-    console = _console()
+    console = standard_output()
 
     def show_result(result: CheckResult) -> None:
         console.print(f"{_MARKS[result.verdict]}  [bold]{result.name}[/]: {escape(result.detail)}", soft_wrap=True)
@@ -131,9 +130,3 @@ def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
         ("homepage", card.homepage or "-"),
         ("extra", card.extra or "none needed"),
     ]
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    return Console(highlight=False)

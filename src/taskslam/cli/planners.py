@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from taskslam.cli.console import standard_output
 from taskslam.cli.registered import registered_table
 
 app = typer.Typer(no_args_is_help=True, help="Local planners: what turns a path into velocity commands.")
@@ -20,8 +21,6 @@ def list_planners() -> None:
 
     Example: `taskslam planners list`, then `taskslam run house -m karto --set planner=NAME`
     """
-    from rich.console import Console
-
     from taskslam.navigation.planners import registered_planners
 
-    Console().print(registered_table(registered_planners()))
+    standard_output().print(registered_table(registered_planners()))

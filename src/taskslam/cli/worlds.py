@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import standard_output
 from taskslam.cli.registered import registered_table
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from taskslam.geometry import SE2
     from taskslam.world import World
 
@@ -39,8 +38,8 @@ def list_worlds() -> None:
     """
     from taskslam.world.loading import registered_worlds
 
-    _console().print(registered_table(registered_worlds()))
-    _console().print("Any Gazebo world file can be used in the place of a name.", style="dim")
+    standard_output().print(registered_table(registered_worlds()))
+    standard_output().print("Any Gazebo world file can be used in the place of a name.", style="dim")
 
 
 @app.command()
@@ -78,7 +77,7 @@ def import_world(
     world = load_world(file, resource_path or ())
     _describe(world)
     size = f", {cached.stat().st_size / 1e6:.0f} MB in {cached}" if cached.exists() else ""
-    _console().print(f"Loaded in {time.perf_counter() - start:.2f} s{size}", soft_wrap=True)
+    standard_output().print(f"Loaded in {time.perf_counter() - start:.2f} s{size}", soft_wrap=True)
 
 
 @app.command()
@@ -157,15 +156,9 @@ def _describe(world: World) -> None:
     table.add_row("materials", f"{len(world.materials)}")
     table.add_row("textures", f"{len(textures)} ({megabytes:.0f} MB)")
     table.add_row("lights", lights)
-    console = _console()
+    console = standard_output()
     console.print(table)
     for warning in world.warnings:
         console.print(f"Warning: {warning}", style="yellow", markup=False)
     if any(warning.startswith("Missing") for warning in world.warnings):
         console.print("Name their folder with --resource-path or GAZEBO_MODEL_PATH if you have them.", style="dim")
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    return Console(highlight=False)
