@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -29,21 +29,31 @@ def data() -> Path:
 
 
 @pytest.fixture
-def install(tmp_path: Path) -> Callable[[Path], Path]:
+def register() -> Callable[..., None]:
+    """`register(folder, name, version, groups)`: the dist-info of a package with such entry points."""
+
+    def write(folder: Path, name: str, version: str, groups: Mapping[str, Mapping[str, str]]) -> None:
+        info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+        lines = []
+        for group, points in groups.items():
+            lines += [f"[{group}]", *(f"{point} = {target}" for point, target in points.items())]
+        (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
+
+    return write
+
+
+@pytest.fixture
+def install(tmp_path: Path, register: Callable[..., None]) -> Callable[[Path], Path]:
     """`install(project)`: a folder with a package as an installer leaves it, its modules beside a dist-info."""
 
     def make(project: Path) -> Path:
         facts = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
         folder = tmp_path / "site-packages"
-        info = folder / f"{facts['name'].replace('-', '_')}-{facts['version']}.dist-info"
-        info.mkdir(parents=True)
+        register(folder, facts["name"], facts["version"], facts["entry-points"])
         for module in project.glob("*.py"):
             (folder / module.name).write_bytes(module.read_bytes())
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {facts['name']}\nVersion: {facts['version']}\n")
-        lines = []
-        for group, points in facts["entry-points"].items():
-            lines += [f"[{group}]", *(f"{name} = {target}" for name, target in points.items())]
-        (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
         return folder
 
     return make
