@@ -38,8 +38,9 @@ def list_worlds() -> None:
     """
     from taskslam.world.loading import registered_worlds
 
-    standard_output().print(registered_table(registered_worlds()))
-    standard_output().print("Any Gazebo world file can be used in the place of a name.", style="dim")
+    console = standard_output()
+    console.print(registered_table(registered_worlds()))
+    console.print("Any Gazebo world file can be used in the place of a name.", style="dim")
 
 
 @app.command()
