@@ -238,7 +238,7 @@ def test_a_stream_that_is_unplugged_is_taken_up_again(tmp_path: Path, stream: St
     assert summary.connections >= 2  # type: ignore[attr-defined]
     assert any("lost, connecting again" in sentence for sentence in said)
     stamps = [kept_frame.stamp for kept_frame in image_frames(tmp_path / "east")]
-    set_meanwhile = 1_000_000_000  # ns by which the machine's clock may be set during the test; it has been seen
+    set_meanwhile = 1_000_000_000  # ns by which the machine's clock may be set during the test
     assert before - set_meanwhile < stamps[0]
     assert stamps[-1] < time.time_ns() + set_meanwhile
 
