@@ -25,11 +25,11 @@ import numpy as np
 from common import aws_world, machine_line, pin_to_one_core
 from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.robot import load_robot
-from taskslam.simulation.camera import StereoCameraSensor, pinhole_of
 from taskslam.simulation.motion import Motion
-from taskslam.simulation.rasterizer import Pinhole
-from taskslam.simulation.raytracing import RayCaster
-from taskslam.simulation.rendering import Scene
+from taskslam.simulation.rendering.rasterizer import Pinhole
+from taskslam.simulation.rendering.scene import Scene
+from taskslam.simulation.sensors.camera import StereoCameraSensor, pinhole_of
+from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.world import World
 from taskslam.world.loading import load_world
 

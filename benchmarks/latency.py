@@ -22,18 +22,18 @@ import matplotlib as mpl
 import numpy as np
 
 from common import aws_world, machine_line
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.cli.options import parse_options
 from taskslam.errors import MethodUnavailableError
 from taskslam.evaluation.run_metrics import run_metrics
+from taskslam.observer import Observer
 from taskslam.record import load_run
 from taskslam.report.markers import method_styles
 from taskslam.report.palette import HAIRLINE, INK, MUTED
 from taskslam.scenario import load_scenario
-from taskslam.slam.latency import LatencyMode, LatencyModel
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt

@@ -25,8 +25,8 @@ from taskslam.measurements import NANOSECONDS, Sensor, StereoImages
 from taskslam.robot import Robot, load_robot
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.base import PoseEstimate, Status
-from taskslam.slam.host import MethodHost
-from taskslam.slam.latency import LatencyMode, LatencyModel
+from taskslam.slam.guest.host import MethodHost
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.slam.methods.orb_slam3 import OrbSlam3
 from taskslam.world.loading import load_world
 

@@ -17,14 +17,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from common import aws_world, machine_line, pin_to_one_core
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import Sensor
+from taskslam.observer import Observer
+from taskslam.processes.memory import own_peak_memory
 from taskslam.record.run_directory import load_run
 from taskslam.scenario import load_scenario
-from taskslam.slam.guest import own_peak_memory
 from taskslam.slam.methods.ground_truth import GroundTruth
 
 

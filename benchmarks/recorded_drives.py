@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from common import aws_world
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.stage import set_stage
 from taskslam.geometry import FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS, LaserScan, Measurement
 from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.global_planner import plan_path
 from taskslam.navigation.settings import CostmapSettings, GlobalPlannerSettings
+from taskslam.observer import Observer
 from taskslam.robot import Robot
 from taskslam.scenario import load_scenario
 from taskslam.simulation.simulator import Simulator

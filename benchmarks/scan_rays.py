@@ -19,10 +19,10 @@ import numpy as np
 from common import aws_world, machine_line, pin_to_one_core
 from taskslam.geometry import SE2
 from taskslam.robot import load_robot
-from taskslam.simulation.lidar import LaserScanner
-from taskslam.simulation.lidar_3d import SpinningLidar
 from taskslam.simulation.motion import Motion
-from taskslam.simulation.raytracing import RayCaster
+from taskslam.simulation.sensors.lidar import LaserScanner
+from taskslam.simulation.sensors.lidar_3d import SpinningLidar
+from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.world.loading import load_world
 
 

@@ -18,10 +18,10 @@ import numpy as np
 from common import machine_line
 from taskslam.measurements import Measurement, Sensor, StereoImages
 from taskslam.robot import SensorRig, load_robot
-from taskslam.slam import host as host_module
 from taskslam.slam.base import Kind, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.host import MethodHost
-from taskslam.slam.latency import LatencyMode, LatencyModel
+from taskslam.slam.guest import host as host_module
+from taskslam.slam.guest.host import MethodHost
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
 
 class Blind(SlamMethod):

@@ -18,13 +18,13 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from taskslam.geometry import rotation_from_rpy, wrap
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.detector import Detector
+from taskslam.lab.image import SAMPLES, Cards, draw, sheet
+from taskslam.lab.lens import Backdrop, pixel_corners
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.fully_visible import MOST_RESIDUAL_PX, why_cut
-from taskslam.realworld.tag_family import code_cells, family_size
-from taskslam.realworld.tag_plane import TagPlane, fit_in_plane, tag_square
-from taskslam.simulation.lab_image import SAMPLES, Cards, draw, sheet
-from taskslam.simulation.lab_lens import Backdrop, pixel_corners
+from taskslam.realworld.tags.detector import Detector
+from taskslam.realworld.tags.tag_family import code_cells, family_size
+from taskslam.realworld.tags.tag_plane import TagPlane, fit_in_plane, tag_square
 
 CASES = 400
 FAMILY = "tag36h11"

@@ -21,11 +21,11 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.detector import Detector
-from taskslam.realworld.images import read_grey
+from taskslam.realworld.cameras.camera_model import Camera
+from taskslam.realworld.cameras.images import read_grey
 from taskslam.realworld.looks import Frame, look_through
-from taskslam.realworld.tag_family import code_cells
+from taskslam.realworld.tags.detector import Detector
+from taskslam.realworld.tags.tag_family import code_cells
 
 sys.path.insert(0, str(Path(__file__).parent))
 from common import machine_line
@@ -37,8 +37,8 @@ CAMERA = Camera.pinhole("overhead", WIDTH, HEIGHT, 1371.0)
 
 def render(folder: Path) -> None:
     """Pictures of a tag that rests for ten frames, then is somewhere else."""
-    from taskslam.simulation.lab_image import SAMPLES, Cards, draw, sheet
-    from taskslam.simulation.lab_lens import Backdrop, pixel_corners
+    from taskslam.lab.image import SAMPLES, Cards, draw, sheet
+    from taskslam.lab.lens import Backdrop, pixel_corners
 
     rng = np.random.default_rng(0)
     corners = pixel_corners(WIDTH, HEIGHT)

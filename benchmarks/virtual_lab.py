@@ -23,16 +23,16 @@ import numpy.typing as npt
 import yaml
 
 from common import machine_line
-from taskslam.benchmark.lab_file import Lab, LabOverheadCamera, Photo, Unevenness, load_lab
-from taskslam.benchmark.lab_folder import INSIDE_OUT, OUTSIDE_IN
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import set_stage
-from taskslam.benchmark.virtual_lab import photograph
 from taskslam.errors import InputError
 from taskslam.evaluation.waypoints import position_precision
 from taskslam.geometry import FloatArray
+from taskslam.lab.folder import INSIDE_OUT, OUTSIDE_IN
+from taskslam.lab.lab_file import Lab, LabOverheadCamera, Photo, Unevenness, load_lab
+from taskslam.lab.virtual_lab import photograph
+from taskslam.observer import Observer
 from taskslam.realworld.measure import measure_inside_out, measure_outside_in
 from taskslam.realworld.setup_file import InsideOutSetup, OutsideInSetup, load_setup
 from taskslam.record import Arrival, RunRecord, find_runs, load_run

@@ -20,7 +20,8 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-WITNESS = """
+WITNESS = "same_bytes_witness"
+_WITNESS_SOURCE = """
 from dataclasses import replace
 from taskslam.measurements import Sensor
 from taskslam.slam.methods.ground_truth import GroundTruth
@@ -29,15 +30,15 @@ class Seeing(GroundTruth):
     card = replace(GroundTruth.card, name="seeing", sensors=(Sensor.TRUE_POSE, Sensor.STEREO_IMAGES))
 """
 _TOUR = "sequence.path=[0,1,2,3,4]"
+_PICTURES = "robot=turtlebot2_small10"
 _SHORT = "sequence.path=[0,1,2]"
 RUNS = "runs/house/karto/without-map/seed1"
 COMMANDS = (
     f"run house -m karto -m hector -m wheel_odometry --rounds 2 --seed 3 --set {_TOUR} --out short",
     f"run house -m kiss_icp -m rko_lio --mode without-map --rounds 1 --set {_SHORT} --out spatial",
-    f"run house -m same_bytes_witness:Seeing --mode without-map --rounds 1 --set {_SHORT}"
-    " --set robot=turtlebot2_small10 --out seeing",
+    f"run house -m {WITNESS}:Seeing --mode without-map --rounds 1 --set {_SHORT} --set {_PICTURES} --out seeing",
     f"run house -m karto --latency measured --rounds 1 --set {_SHORT} --out measured_latency",
-    "export house recording --format mcap --goals 2 --sensors odometry,lidar_2d,lidar_3d,imu --seed 5",
+    "export house --out recording --format mcap --goals 2 --sensors odometry,lidar_2d,lidar_3d,imu --seed 5",
     "replay recording -m karto -m kiss_icp --rounds 2 --out replayed",
     "run house -m karto --mode without-map --rounds 2 --seed 1 --out runs",
     f"lab {RUNS} house_cameras --out lab",
@@ -45,7 +46,7 @@ COMMANDS = (
     "evaluate short",
     "evaluate spatial",
     "evaluate runs",
-    "evaluate lab",
+    "evaluate measured",
     "figures short --out figures",
 )
 _MAY_FAIL_ITS_TASK = 1
@@ -85,12 +86,13 @@ def drive_commit(commit: str, out: Path, scratch: Path) -> None:
 def drive(tree: Path, out: Path) -> None:
     """Drive the set with the sources in `tree`; the results stand in `out`."""
     out.mkdir(parents=True)
-    (out / "same_bytes_witness.py").write_text(WITNESS)
+    (out / f"{WITNESS}.py").write_text(_WITNESS_SOURCE)
     environment = os.environ | {"PYTHONPATH": f"{tree / 'src'}{os.pathsep}{out}"}
     for command in COMMANDS:
-        words = [sys.executable, "-m", "taskslam.cli.main", *command.split()]
-        code = f"import sys; from taskslam.cli.main import main; sys.argv = {['taskslam', *words[3:]]!r}; main()"
-        done = subprocess.run([sys.executable, "-c", code], cwd=out, env=environment, capture_output=True, text=True)
+        code = f"import sys; from taskslam.cli.main import main; sys.argv = {['taskslam', *command.split()]!r}; main()"
+        done = subprocess.run(
+            [sys.executable, "-c", code], check=False, cwd=out, env=environment, capture_output=True, text=True
+        )
         if done.returncode not in (0, _MAY_FAIL_ITS_TASK):
             sys.exit(f"{tree}: taskslam {command}: status {done.returncode}\n{done.stdout}{done.stderr}")
         print(f"{out.name}: taskslam {command}: {done.returncode}", flush=True)

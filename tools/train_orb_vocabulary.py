@@ -18,13 +18,13 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.geometry import SE2
+from taskslam.observer import Observer
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
-from taskslam.simulation.camera import StereoCameraSensor
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.camera import StereoCameraSensor
 from taskslam.slam.orb.vocabulary import save
 from taskslam.slam.orb.vocabulary_training import train
 

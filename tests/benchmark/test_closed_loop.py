@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode, Tour, drive_tour
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage
@@ -17,12 +16,13 @@ from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
 from taskslam.navigation.navigator import Navigator
+from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, MethodNotice, RoundEnded, RoundStarted, RunEnded
 from taskslam.record.run_directory import RunRecord, RunWriter, load_run
 from taskslam.simulation.simulator import Simulator
-from taskslam.slam.host import MethodHost
-from taskslam.slam.latency import LatencyModel
+from taskslam.slam.guest.host import MethodHost
+from taskslam.slam.guest.latency import LatencyModel
 
 
 def drive(stage: Stage, out: Path, method: str, mode: Mode = Mode.WITHOUT_MAP, seed: int = 0) -> RunRecord:
@@ -73,7 +73,7 @@ def test_the_same_seed_writes_the_same_journal_whatever_the_hash_seed_and_thread
     script = (
         "import sys; from pathlib import Path; from taskslam.benchmark.run import RunRequest, run;"
         "from taskslam.benchmark.protocol import Mode; from taskslam.benchmark.stage import set_stage;"
-        "from taskslam.benchmark.observer import Observer; from taskslam.scenario import load_scenario;"
+        "from taskslam.observer import Observer; from taskslam.scenario import load_scenario;"
         "s = load_scenario('house', ['protocol.rounds=1', 'protocol.pause=0.5',"
         " 'sequence.path=[0, 0, 1]']);"
         "run(set_stage(s, [], Observer()), RunRequest('karto', Mode.WITHOUT_MAP, int(sys.argv[2])), Path(sys.argv[1]))"

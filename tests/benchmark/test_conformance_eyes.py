@@ -8,9 +8,9 @@ from taskslam.errors import InputError
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor, StereoImages
 from taskslam.robot import load_robot
-from taskslam.simulation.camera import StereoCameraSensor, pinhole_of
-from taskslam.slam.conformance_drive import ConformanceDrive
-from taskslam.slam.conformance_room import spatial_distances
+from taskslam.simulation.sensors.camera import StereoCameraSensor, pinhole_of
+from taskslam.slam.conformance.drive import ConformanceDrive
+from taskslam.slam.conformance.room import spatial_distances
 
 
 @pytest.fixture(scope="module")

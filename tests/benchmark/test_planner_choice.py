@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.errors import PlannerError, RecordError
 from taskslam.evaluation import evaluate_runs
+from taskslam.observer import Observer
 from taskslam.record import Arrival, GoalFailed, load_run
 from taskslam.scenario import load_scenario
 

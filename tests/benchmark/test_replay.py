@@ -11,13 +11,13 @@ import pytest
 from taskslam.benchmark.export import ExportRequest, Format, export
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.replay import ReplayRequest, replay
+from taskslam.datasets.opening import open_dataset
 from taskslam.errors import DatasetError, InputError, RecordError
 from taskslam.evaluation import evaluate_runs
 from taskslam.measurements import Sensor
-from taskslam.openloop.opening import open_dataset
-from taskslam.openloop.study import load_study
 from taskslam.record import MethodNotice, RoundEnded, RunRecord, load_run
-from taskslam.slam.latency import LatencyMode, LatencyModel
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
+from taskslam.studies.study import load_study
 
 SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY})
 SECONDS = 6.0

@@ -10,11 +10,11 @@ from typer.testing import CliRunner
 from taskslam.cli.main import app
 from taskslam.errors import CameraError, InputError
 from taskslam.geometry import rotation_from_rpy
-from taskslam.realworld import calibration_images
-from taskslam.realworld.calibration import View
-from taskslam.realworld.calibration_images import CollectedViews
-from taskslam.realworld.camera_files import load_camera
-from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.cameras import calibration_images
+from taskslam.realworld.cameras.calibration import View
+from taskslam.realworld.cameras.calibration_images import CollectedViews
+from taskslam.realworld.cameras.camera_files import load_camera
+from taskslam.realworld.cameras.camera_model import Camera
 
 pytest.importorskip("cv2")
 run = CliRunner()

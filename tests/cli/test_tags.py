@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from taskslam.cli.main import app
 from taskslam.errors import InputError
-from taskslam.realworld.tag_family import code_cells
+from taskslam.realworld.tags.tag_family import code_cells
 
 pytest.importorskip("apriltag")
 run = CliRunner()

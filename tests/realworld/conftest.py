@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from taskslam.realworld.camera_model import Camera
-from taskslam.simulation.lab_image import SAMPLES, Cards, draw, sheet
-from taskslam.simulation.lab_lens import Backdrop, pixel_corners
+from taskslam.lab.image import SAMPLES, Cards, draw, sheet
+from taskslam.lab.lens import Backdrop, pixel_corners
+from taskslam.realworld.cameras.camera_model import Camera
 
 Photograph = Callable[..., np.ndarray]
 _RIM = 4  # cells of white paper around what is printed

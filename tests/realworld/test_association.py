@@ -9,10 +9,10 @@ import pytest
 from taskslam.geometry import SE2
 from taskslam.realworld.arrivals import LoggedArrival
 from taskslam.realworld.association import MeasuredArrival, Verdict, judge
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.detector import Tag
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.looks import Frame, Look
 from taskslam.realworld.sighting import Fault, NoSighting, Sighting, Station
+from taskslam.realworld.tags.detector import Tag
 
 SECOND = 10**9
 CORNERS = np.array([[0.0, 0], [50, 0], [50, 50], [0, 50]])

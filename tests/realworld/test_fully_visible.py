@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.fully_visible import border_margin, needed_margin, why_cut
 
 CAMERA = Camera.pinhole("wide", 1280, 720, 800.0)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from taskslam.geometry import SE2, invert_se3, rotation_from_rpy, wrap_angle
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.detector import Tag
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.inside_out import bundle_station
 from taskslam.realworld.looks import Frame, Look
 from taskslam.realworld.setup_file import Bundle, BundleGrid, BundleTag, CameraMount, UpwardCamera
 from taskslam.realworld.sighting import Fault, NoSighting, Sighting
+from taskslam.realworld.tags.detector import Tag
 
 CAMERA = Camera("up", 1400, 1200, np.array([[560.0, 0, 700], [0, 562, 600], [0, 0, 1]]), np.array([-0.1, 0.02, 0, 0]))
 FOUR = Bundle(waypoints=(1,), square=BundleGrid(ids=(1, 2, 3, 4), size=0.16, spacing=0.6))

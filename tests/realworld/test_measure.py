@@ -14,15 +14,15 @@ from taskslam.errors import DetectorError, InputError
 from taskslam.evaluation import evaluate_runs
 from taskslam.geometry import SE2, rotation_from_rpy, wrap_angle
 from taskslam.realworld.association import Verdict
-from taskslam.realworld.camera_files import save_camera
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.detector import Detector
+from taskslam.realworld.cameras.camera_files import save_camera
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.looks import image_frames, look_through
 from taskslam.realworld.measure import MeasuredRun, measure_outside_in
 from taskslam.realworld.measured_file import load_measured
 from taskslam.realworld.setup_file import OutsideInSetup, load_setup
-from taskslam.realworld.tag_family import code_cells
-from taskslam.realworld.tag_plane import TagPlane
+from taskslam.realworld.tags.detector import Detector
+from taskslam.realworld.tags.tag_family import code_cells
+from taskslam.realworld.tags.tag_plane import TagPlane
 from taskslam.record import load_run
 
 SIZE, TAG = 0.19, 7

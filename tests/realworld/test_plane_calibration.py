@@ -6,7 +6,7 @@ import pytest
 from taskslam.errors import InputError
 from taskslam.geometry import SE2, rotation_from_rpy, transform_points
 from taskslam.realworld.plane_calibration import calibrate_plane
-from taskslam.realworld.tag_plane import TagPlane, tag_square
+from taskslam.realworld.tags.tag_plane import TagPlane, tag_square
 
 SIZE = 0.19
 FOCAL = 791.0

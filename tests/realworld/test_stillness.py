@@ -2,9 +2,9 @@ from pathlib import Path
 
 import numpy as np
 
-from taskslam.realworld.detector import Tag
 from taskslam.realworld.looks import Frame, Look
 from taskslam.realworld.stillness import motion_px, still_runs
+from taskslam.realworld.tags.detector import Tag
 
 SECOND = 10**9
 

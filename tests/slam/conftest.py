@@ -13,8 +13,8 @@ import pytest
 from taskslam.geometry import SE2
 from taskslam.measurements import LaserScan, Measurement, WheelOdometry
 from taskslam.robot import SensorRig, load_robot
-from taskslam.slam.host import Limits, MethodHost
-from taskslam.slam.latency import LatencyModel
+from taskslam.slam.guest.host import Limits, MethodHost
+from taskslam.slam.guest.latency import LatencyModel
 
 MILLISECOND = 1_000_000
 

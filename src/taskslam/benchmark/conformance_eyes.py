@@ -10,10 +10,10 @@ from taskslam.errors import InputError
 from taskslam.geometry import SE2, pose_from_xyz_rpy
 from taskslam.measurements import StereoImages
 from taskslam.robot import SensorRig
-from taskslam.simulation.camera import StereoCameraSensor
 from taskslam.simulation.motion import Motion
-from taskslam.slam.conformance_drive import Eyes
-from taskslam.slam.conformance_room import HANGING, STANDING
+from taskslam.simulation.sensors.camera import StereoCameraSensor
+from taskslam.slam.conformance.drive import Eyes
+from taskslam.slam.conformance.room import HANGING, STANDING
 from taskslam.world import World
 from taskslam.world.builtin.builder import Builder
 from taskslam.world.builtin.palettes import HousePalette

@@ -14,22 +14,22 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Protocol
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode, Tour, drive_tour
 from taskslam.benchmark.run import RunRequest, build_simulator, record_tour
 from taskslam.benchmark.stage import Stage
+from taskslam.datasets.bag_writer import BagWriter
+from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.errors import DatasetError
+from taskslam.files import sync_folder, writing
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
-from taskslam.openloop.bag_writer import BagWriter
-from taskslam.openloop.euroc_writer import EUROC_SENSORS, EurocWriter
+from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
-from taskslam.record.files import sync_folder, writing
 from taskslam.record.run_directory import partial_folder
 from taskslam.robot import SensorRig
 from taskslam.scenario import Sequence
 from taskslam.simulation.simulator import Simulator
-from taskslam.slam.latency import LatencyModel
+from taskslam.slam.guest.latency import LatencyModel
 
 DRIVE = "drive"
 

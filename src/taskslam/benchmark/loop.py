@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.plausibility import Plausibility
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, LaserScan, Measurement, TruePose, WheelOdometry
 from taskslam.navigation.localization import Correction, Localization
 from taskslam.navigation.navigator import Navigator, Step
+from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record.events import MethodNotice
 from taskslam.record.run_directory import RunWriter
 from taskslam.slam import Kind, PoseEstimate, Status
-from taskslam.slam.host import MethodHost
+from taskslam.slam.guest.host import MethodHost
 
 TICK = NANOSECONDS // 20  # the velocity smoother's 20 Hz: the loop's beat
 _SILENT = 2 * NANOSECONDS  # without an estimate for so long, a failed goal is the method's: it was lost

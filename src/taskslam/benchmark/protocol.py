@@ -12,16 +12,16 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from taskslam.benchmark.loop import ClosedLoop, Poses
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.platform import Platform
 from taskslam.geometry import SE2
 from taskslam.navigation.navigator import Navigator
+from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, GoalStarted, RoundEnded, RoundStarted, RunEnded
 from taskslam.record.run_directory import RunWriter
 from taskslam.scenario import OnFailure, Scenario
-from taskslam.slam.failure import MethodFailedError
-from taskslam.slam.host import MethodHost
+from taskslam.slam.guest.failure import MethodFailedError
+from taskslam.slam.guest.host import MethodHost
 
 
 class Mode(StrEnum):

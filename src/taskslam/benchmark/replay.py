@@ -18,20 +18,20 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from taskslam.benchmark.observer import Observer
+from taskslam.benchmark.playback import LINGER, Beginning, Played, check_sensors, find_beginning, play
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import finished_run, latency_words, machine, versions
+from taskslam.datasets.dataset import Dataset
 from taskslam.errors import InputError
 from taskslam.measurements import NANOSECONDS
-from taskslam.openloop.dataset import Dataset
-from taskslam.openloop.replay import LINGER, Beginning, Played, check_sensors, find_beginning, play
+from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
+from taskslam.processes.memory import own_peak_memory
 from taskslam.record import Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
 from taskslam.slam import MapMode, MethodCard
-from taskslam.slam.failure import MethodFailedError
-from taskslam.slam.guest import own_peak_memory
-from taskslam.slam.host import Limits, MethodHost
-from taskslam.slam.latency import LatencyModel
+from taskslam.slam.guest.failure import MethodFailedError
+from taskslam.slam.guest.host import Limits, MethodHost
+from taskslam.slam.guest.latency import LatencyModel
 from taskslam.slam.registry import load_method
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 from taskslam import __version__
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Mode, Tour, drive_tour
 from taskslam.benchmark.stage import Stage
@@ -24,15 +23,16 @@ from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.navigation.navigator import Navigator
 from taskslam.navigation.planners import build_planner, planner_version
 from taskslam.navigation.settings import GoalSettings, NavigationSettings
+from taskslam.observer import Observer
+from taskslam.processes.memory import own_peak_memory
 from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
 from taskslam.robot import Robot, robot_presets
 from taskslam.scenario import Scenario
 from taskslam.scenario.scenario import BUILTIN_PLANNER
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
-from taskslam.slam.guest import own_peak_memory
-from taskslam.slam.host import Limits, MethodHost
-from taskslam.slam.latency import LatencyMode, LatencyModel
+from taskslam.slam.guest.host import Limits, MethodHost
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import load_method
 from taskslam.world.map_server import save_floor_plan
 

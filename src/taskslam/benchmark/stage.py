@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from taskslam.benchmark.observer import Observer
 from taskslam.errors import ScenarioError, WorldError
 from taskslam.navigation.planners import build_planner
+from taskslam.observer import Observer
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario, check_scenario
 from taskslam.world import FloorPlan, World

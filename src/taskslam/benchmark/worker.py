@@ -11,14 +11,14 @@ import sys
 import time
 from pathlib import Path
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import set_stage
 from taskslam.errors import TaskSlamError
 from taskslam.measurements import NANOSECONDS
+from taskslam.observer import Observer
+from taskslam.processes.confine import die_with_parent
 from taskslam.scenario import load_scenario
-from taskslam.slam.confine import die_with_parent
 
 _EVERY = 1.0  # s of wall time between two lines of progress
 

@@ -25,10 +25,10 @@ def board(
     Example: `taskslam camera board --paper A3 --out board.pdf`
     """
     from taskslam.errors import InputError
-    from taskslam.realworld.boards import board_page, largest_board, parse_board
-    from taskslam.realworld.pdf import write_pdf
-    from taskslam.realworld.tag_sheets import paper_size
-    from taskslam.record.files import write_whole
+    from taskslam.files import write_whole
+    from taskslam.realworld.cameras.boards import board_page, largest_board, parse_board
+    from taskslam.realworld.tags.pdf import write_pdf
+    from taskslam.realworld.tags.tag_sheets import paper_size
 
     columns, _, rows = grid.lower().partition("x")
     if not (columns.isdecimal() and rows.isdecimal() and len(grid) < 9):
@@ -60,12 +60,12 @@ def calibrate(
     Example: `taskslam camera calibrate pictures/ --board charuco:8x6:29 --name east --out east.yaml`
     """
     from taskslam.errors import InputError, did_you_mean
-    from taskslam.realworld.boards import parse_board
-    from taskslam.realworld.calibration_guidance import guidance
-    from taskslam.realworld.calibration_images import calibrate_from, collect_views
-    from taskslam.realworld.camera_files import save_camera
-    from taskslam.realworld.camera_model import DistortionModel
-    from taskslam.report.calibration_page import write_calibration_page
+    from taskslam.realworld.cameras.boards import parse_board
+    from taskslam.realworld.cameras.calibration_guidance import guidance
+    from taskslam.realworld.cameras.calibration_images import calibrate_from, collect_views
+    from taskslam.realworld.cameras.camera_files import save_camera
+    from taskslam.realworld.cameras.camera_model import DistortionModel
+    from taskslam.report.page.calibration_page import write_calibration_page
 
     if model not in list(DistortionModel):
         known = ", ".join(DistortionModel)
@@ -128,11 +128,11 @@ def record(
     import threading
 
     from taskslam.errors import DiskFullError, InputError
-    from taskslam.realworld.preview import Preview
-    from taskslam.realworld.recording import RecordSettings
-    from taskslam.realworld.recording import record as run
-    from taskslam.realworld.tag_sheets import parse_ids
-    from taskslam.realworld.video_source import VideoSource, file_start
+    from taskslam.realworld.cameras.live_page import Preview
+    from taskslam.realworld.cameras.recording import RecordSettings
+    from taskslam.realworld.cameras.recording import record as run
+    from taskslam.realworld.cameras.video_source import VideoSource, file_start
+    from taskslam.realworld.tags.tag_sheets import parse_ids
 
     settings = RecordSettings(
         family, tuple(parse_ids(ids)) if ids else None, rate, quality, decimate, duration, heartbeat or None

@@ -43,7 +43,7 @@ def compare(
     """
     from taskslam.evaluation import gate, gate_files
     from taskslam.evaluation.evaluate import load_metrics
-    from taskslam.record.files import write_whole
+    from taskslam.files import write_whole
 
     rules = gate.parse_rules(fail_on)
     old, fresh = load_metrics(base), load_metrics(new)

@@ -96,7 +96,7 @@ def machine() -> list[Finding]:
 
 def _wall() -> Finding:
     """Whether the kernel can close the results to the methods (docs/decisions/004)."""
-    from taskslam.slam.landlock import is_available
+    from taskslam.processes.landlock import is_available
 
     if is_available():
         return Finding("landlock", Health.GOOD, "results are closed to the methods")

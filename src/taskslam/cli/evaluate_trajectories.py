@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from taskslam.evaluation.trajectory_alignment import Alignment
     from taskslam.evaluation.trajectory_pairs import DeltaUnit
-    from taskslam.openloop.study_results import FrameSet, OpenLoopResults
+    from taskslam.studies.study_results import FrameSet, OpenLoopResults
 
 
 def evaluate_trajectories(
@@ -57,12 +57,12 @@ def evaluate_trajectories(
 
         taskslam evaluate-trajectories poses/00.txt results/00.txt --times sequences/00/times.txt
     """
-    from taskslam.openloop.study import load_study
-    from taskslam.openloop.study_evaluation import Settings, evaluate_study
-    from taskslam.openloop.study_results import write_results
-    from taskslam.record.files import writing
+    from taskslam.files import writing
     from taskslam.report.figures.open_loop import open_loop_figure
     from taskslam.report.figures.style import FORMATS, save_figure
+    from taskslam.studies.study import load_study
+    from taskslam.studies.study_evaluation import Settings, evaluate_study
+    from taskslam.studies.study_results import write_results
 
     settings = Settings(_alignment(align), _nanoseconds(max_difference), _delta(rpe), upstream_compat)
     study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times))
@@ -115,8 +115,8 @@ def _delta(text: str | None) -> tuple[float, DeltaUnit] | None:
 
 
 def _with_topic(runs: list[str], topic: str | None) -> list[str]:
-    from taskslam.openloop.bag_trajectories import is_bag
-    from taskslam.openloop.trajectory_files import split_topic
+    from taskslam.datasets.bag_trajectories import is_bag
+    from taskslam.datasets.trajectory_files import split_topic
 
     def named(run: str) -> str:
         path, own = split_topic(run)

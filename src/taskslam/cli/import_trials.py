@@ -41,7 +41,7 @@ def import_trials(
     Example:
         taskslam import-trials cl_nav_slam/gazebo --out imported
     """
-    from taskslam.openloop.trial_import import import_trials as take_in
+    from taskslam.datasets.trial_import import import_trials as take_in
 
     result = take_in(folder, out, rounds, _MODES[mode], overwrite)
     for run in [] if quiet else result.runs:

@@ -29,10 +29,10 @@ def lab(
 
         taskslam measure outside-in lab/outside_in.yaml
     """
-    from taskslam.benchmark.lab_file import load_lab
     from taskslam.benchmark.stage import load_scenario_world
-    from taskslam.benchmark.virtual_lab import photograph, scenario_of
     from taskslam.cli.progress import progress
+    from taskslam.lab.lab_file import load_lab
+    from taskslam.lab.virtual_lab import photograph, scenario_of
     from taskslam.record import load_run
     from taskslam.robot import load_robot
 

@@ -11,7 +11,7 @@ from taskslam.cli.options import parse_options
 
 if TYPE_CHECKING:
     from taskslam.slam.base import MethodCard
-    from taskslam.slam.conformance import CheckResult
+    from taskslam.slam.conformance.check import CheckResult
 
 app = typer.Typer(no_args_is_help=True, help="SLAM methods: list, show their cards, check that they behave.")
 
@@ -94,7 +94,7 @@ def check(
 
     from taskslam.benchmark.conformance_eyes import conformance_eyes
     from taskslam.robot import load_robot
-    from taskslam.slam.conformance import Verdict, check_method
+    from taskslam.slam.conformance.check import Verdict, check_method
 
     console = standard_output()
 

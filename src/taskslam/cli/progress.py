@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 
-from taskslam.benchmark.observer import Observer
 from taskslam.benchmark.suite import Job, Result, Watcher
 from taskslam.measurements import NANOSECONDS
+from taskslam.observer import Observer
 
 _COLUMNS = (
     SpinnerColumn(),

@@ -61,9 +61,9 @@ def replay(
     from taskslam.benchmark.replay import ReplayRequest
     from taskslam.benchmark.replay import replay as feed
     from taskslam.cli.progress import progress
-    from taskslam.openloop.opening import open_dataset
+    from taskslam.datasets.opening import open_dataset
     from taskslam.robot import load_robot
-    from taskslam.slam.latency import LatencyMode, LatencyModel
+    from taskslam.slam.guest.latency import LatencyMode, LatencyModel
     from taskslam.slam.registry import load_method
 
     options = parse_options(option or [])

@@ -63,7 +63,7 @@ def run(
         taskslam run my_tour.yaml -m karto --mode with-map --set protocol.pause=2 --latency measured --cpu-scale 4
     """
     from taskslam.benchmark.run import RunRequest
-    from taskslam.slam.latency import LatencyMode, LatencyModel
+    from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
     overrides = list(set_ or [])
     if rounds is not None:

@@ -55,8 +55,9 @@ def make(
 
     `taskslam tags make 20-23 --kind bundle --size 150 --spacing 600`
     """
-    from taskslam.realworld.pdf import write_pdf
-    from taskslam.realworld.tag_sheets import (
+    from taskslam.files import write_whole
+    from taskslam.realworld.tags.pdf import write_pdf
+    from taskslam.realworld.tags.tag_sheets import (
         Sheet,
         bundle_pages,
         largest_bundle,
@@ -65,7 +66,6 @@ def make(
         plate_page,
         tag_page,
     )
-    from taskslam.record.files import write_whole
 
     numbers = parse_ids(ids)
     sheet = Sheet.of(paper, plate)
@@ -108,8 +108,8 @@ def check(
     """
     import numpy as np
 
-    from taskslam.realworld.detector import Detector
-    from taskslam.realworld.images import read_grey
+    from taskslam.realworld.cameras.images import read_grey
+    from taskslam.realworld.tags.detector import Detector
 
     image = read_grey(photo)
     with Detector(family, maxhamming=maxhamming, refine_edges=refine, decimate=decimate) as detector:

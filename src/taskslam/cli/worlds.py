@@ -103,14 +103,14 @@ def render(
     from PIL import Image
 
     from taskslam.errors import InputError
-    from taskslam.simulation import preview
+    from taskslam.simulation.rendering import world_pictures
     from taskslam.world.loading import load_world
 
     viewpoint = _parse_pose(pose)
     world = load_world(reference, resource_path or ())
     pictures = {
-        "top_down.png": preview.top_down(world, size, cut),
-        "perspective.png": preview.perspective(
+        "top_down.png": world_pictures.top_down(world, size, cut),
+        "perspective.png": world_pictures.perspective(
             world, viewpoint, height, math.radians(fov), (size, max(1, round(size * 9 / 16)))
         ),
     }

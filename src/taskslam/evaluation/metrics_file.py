@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from taskslam.errors import RecordError
-from taskslam.record.files import write_whole
+from taskslam.files import write_whole
 from taskslam.user_files import complaint
 
 METRICS_FORMAT: Literal["taskslam-metrics/2"] = "taskslam-metrics/2"

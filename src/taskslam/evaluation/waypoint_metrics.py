@@ -15,7 +15,7 @@ import numpy as np
 
 from taskslam.evaluation import waypoints
 from taskslam.evaluation.completeness import is_complete
-from taskslam.evaluation.errors import PoseError, control_error, estimation_error
+from taskslam.evaluation.error_shares import PoseError, control_error, estimation_error
 from taskslam.evaluation.intervals import precision_bias
 from taskslam.evaluation.iso9283 import iso9283
 from taskslam.evaluation.metrics_file import (

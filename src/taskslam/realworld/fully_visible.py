@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from taskslam.geometry import FloatArray
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.tag_family import CELLS
+from taskslam.realworld.cameras.camera_model import Camera
+from taskslam.realworld.tags.tag_family import CELLS
 
 MOST_RESIDUAL_PX = 0.5
 LEAST_MARGIN_PX = 5.0

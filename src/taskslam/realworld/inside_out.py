@@ -12,14 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from taskslam.geometry import SE2, FloatArray, invert_se3
-from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.fully_visible import MOST_RESIDUAL_PX, border_margin, why_cut
 from taskslam.realworld.looks import Look
 from taskslam.realworld.outside_in import focal_length, moved_base, planar_block
 from taskslam.realworld.setup_file import Bundle, BundleTag, CameraMount, UpwardCamera
 from taskslam.realworld.sighting import Fault, NoSighting, Sighting, Station
-from taskslam.realworld.spatial_pose import SpatialFit, both_poses, choose_pose
-from taskslam.realworld.tag_plane import TagPlane, fit_in_plane
+from taskslam.realworld.tags.spatial_pose import SpatialFit, both_poses, choose_pose
+from taskslam.realworld.tags.tag_plane import TagPlane, fit_in_plane
 
 LEAST_TAGS = 2
 """Tags of a bundle that must be wholly in view: with one, a tilt of the robot cannot be told from a way driven."""

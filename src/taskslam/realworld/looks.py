@@ -19,9 +19,9 @@ import numpy as np
 from taskslam.errors import DetectorError, InputError
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
-from taskslam.realworld.camera_model import Camera
-from taskslam.realworld.detector import Detector, Tag
-from taskslam.realworld.images import GreyImage, list_images, read_grey
+from taskslam.realworld.cameras.camera_model import Camera
+from taskslam.realworld.cameras.images import GreyImage, list_images, read_grey
+from taskslam.realworld.tags.detector import Detector, Tag
 
 _STAMP = re.compile(r"(\d{1,11})(?:[._](\d{1,9}))?\Z")
 _WHOLE_EVERY = 10  # images: a second tag of the same id is seen at the latest then

@@ -12,10 +12,9 @@ import numpy as np
 from taskslam.errors import InputError
 from taskslam.realworld.arrivals import ArrivalLog, read_arrivals
 from taskslam.realworld.association import MeasuredArrival, Verdict, judge
-from taskslam.realworld.camera_files import load_camera
-from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.cameras.camera_files import load_camera
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.clock_check import clock_offset
-from taskslam.realworld.detector import Detector
 from taskslam.realworld.inside_out import bundle_station
 from taskslam.realworld.looks import Look, image_frames, look_through
 from taskslam.realworld.measured_file import FILE, ArrivalRow, MeasuredFile, PlaneRow, dump_measured
@@ -26,6 +25,7 @@ from taskslam.realworld.plane_calibration import ENOUGH_PLACES, PlaneCalibration
 from taskslam.realworld.setup_file import CameraSource, InsideOutSetup, OutsideInSetup, Setup
 from taskslam.realworld.sighting import Station
 from taskslam.realworld.stillness import still_runs
+from taskslam.realworld.tags.detector import Detector
 
 Progress = Callable[[str, int, int], None]
 """Camera, images done, images in all."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from taskslam import __version__
 from taskslam.evaluation.missing import FEWEST
+from taskslam.files import writing
 from taskslam.geometry import SE2, mean_heading
 from taskslam.measurements import NANOSECONDS
 from taskslam.outcomes import Outcome
@@ -34,7 +35,6 @@ from taskslam.record import (
     RunEnded,
     RunWriter,
 )
-from taskslam.record.files import writing
 
 Key = tuple[int, int]
 """Round and goal."""

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from taskslam.geometry import SE2, FloatArray, wrap
-from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.fully_visible import MOST_RESIDUAL_PX, border_margin, why_cut
 from taskslam.realworld.looks import Look
 from taskslam.realworld.plane_calibration import PlaneCalibration, calibrate_plane
 from taskslam.realworld.setup_file import OverheadCamera, RobotTag
 from taskslam.realworld.sighting import Fault, NoSighting, Sighting, Station
-from taskslam.realworld.spatial_pose import both_poses, choose_pose
-from taskslam.realworld.tag_plane import PlanarFit, TagPlane, fit_in_plane, tag_square
+from taskslam.realworld.tags.spatial_pose import both_poses, choose_pose
+from taskslam.realworld.tags.tag_plane import PlanarFit, TagPlane, fit_in_plane, tag_square
 
 LARGE_TAG_PX = 60.0
 """Side from which on a tag's heading is taken from its pose in space."""

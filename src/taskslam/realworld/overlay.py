@@ -7,7 +7,7 @@ import io
 import numpy as np
 
 from taskslam.geometry import FloatArray
-from taskslam.realworld.images import read_grey
+from taskslam.realworld.cameras.images import read_grey
 from taskslam.realworld.looks import Look
 
 SIDE = 360

@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from taskslam.errors import InputError
 from taskslam.geometry import FloatArray
 from taskslam.realworld.fully_visible import MOST_RESIDUAL_PX
-from taskslam.realworld.spatial_pose import both_poses
-from taskslam.realworld.tag_plane import CORNER_NOISE_PX, PlanarFit, TagPlane, fit_in_plane, tag_square
+from taskslam.realworld.tags.spatial_pose import both_poses
+from taskslam.realworld.tags.tag_plane import CORNER_NOISE_PX, PlanarFit, TagPlane, fit_in_plane, tag_square
 
 ENOUGH_PLACES = 10
 """Places at which a tag must have been seen for a plane to be trusted without a word."""

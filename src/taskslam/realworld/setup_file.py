@@ -16,8 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator,
 
 from taskslam.errors import InputError
 from taskslam.geometry import SE2, FloatArray
-from taskslam.realworld.tag_family import DEFAULT_FAMILY
-from taskslam.realworld.tag_plane import tag_square
+from taskslam.realworld.tags.tag_family import DEFAULT_FAMILY
+from taskslam.realworld.tags.tag_plane import tag_square
 from taskslam.user_files import read_model
 
 LOOKING_UP = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from taskslam.geometry import SE2, FloatArray
-from taskslam.realworld.camera_model import Camera
+from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.looks import Look
 
 

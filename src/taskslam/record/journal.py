@@ -10,8 +10,8 @@ from pathlib import Path
 from types import TracebackType
 
 from taskslam.errors import RecordError
+from taskslam.files import writing
 from taskslam.record.events import Event, decode_event, encode_event
-from taskslam.record.files import writing
 
 
 class JournalWriter:

@@ -26,9 +26,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from taskslam.errors import RecordError
+from taskslam.files import sync_folder, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
 from taskslam.record.events import Event, RoundEnded, RoundStarted
-from taskslam.record.files import sync_folder, write_whole, writing
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import RUN_FORMAT, Manifest
 from taskslam.record.salvage import salvage

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.errors import RecordError
+from taskslam.files import write_whole
 from taskslam.geometry import FloatArray, wrap
 from taskslam.measurements import NANOSECONDS
-from taskslam.record.files import write_whole
 from taskslam.record.number_table import read_number_table
 
 COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")

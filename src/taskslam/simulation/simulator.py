@@ -14,15 +14,15 @@ from taskslam.errors import ScenarioError
 from taskslam.geometry import SE2, wrap_angle
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Robot
-from taskslam.simulation.camera import StereoCameraSensor
 from taskslam.simulation.contact import ContactGrid, contact_grid
 from taskslam.simulation.drive import ramp, step_arc
-from taskslam.simulation.imu import InertialSensor
-from taskslam.simulation.lidar import LaserScanner
-from taskslam.simulation.lidar_3d import SpinningLidar
 from taskslam.simulation.motion import Motion
-from taskslam.simulation.raytracing import RayCaster
-from taskslam.simulation.wheel_odometry import WheelOdometer
+from taskslam.simulation.sensors.camera import StereoCameraSensor
+from taskslam.simulation.sensors.imu import InertialSensor
+from taskslam.simulation.sensors.lidar import LaserScanner
+from taskslam.simulation.sensors.lidar_3d import SpinningLidar
+from taskslam.simulation.sensors.raytracing import RayCaster
+from taskslam.simulation.sensors.wheel_odometry import WheelOdometer
 from taskslam.world import World
 
 STEP = NANOSECONDS // 200

@@ -1,9 +1,9 @@
 import pytest
 
 from taskslam.evaluation.trajectory_alignment import Alignment
-from taskslam.openloop.study import TaskUnits
-from taskslam.openloop.study_results import Beaten, FrameSet, MethodResult, OpenLoopResults, RunResult, Verdict
 from taskslam.report.figures.open_loop import open_loop_figure
+from taskslam.studies.study import TaskUnits
+from taskslam.studies.study_results import Beaten, FrameSet, MethodResult, OpenLoopResults, RunResult, Verdict
 
 
 def frames(share, precision, accuracy):

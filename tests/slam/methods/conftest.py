@@ -9,7 +9,7 @@ import pytest
 
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS
-from taskslam.slam.conformance_drive import ConformanceDrive
+from taskslam.slam.conformance.drive import ConformanceDrive
 
 
 @dataclass

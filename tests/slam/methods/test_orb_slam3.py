@@ -12,7 +12,7 @@ from taskslam.measurements import Sensor, StereoImages
 from taskslam.robot import load_robot
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam import Status
-from taskslam.slam.host import MethodHost
+from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.methods import orb_slam3
 from taskslam.world.loading import load_world
 

@@ -14,7 +14,7 @@ from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from taskslam.simulation.raytracing import RayCaster
+from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.world import World
 from taskslam.world.floor_plan import FREE, OCCUPIED
 from taskslam.world.loading import load_world

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from taskslam.geometry import FloatArray
-from taskslam.report.curve_figure import step_corners
 from taskslam.report.figures.bars import KeyLine, Row
 from taskslam.report.figures.panels import Legend, figure_with_panels
 from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
@@ -23,6 +22,7 @@ from taskslam.report.figures.style import (
 )
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
+from taskslam.report.page.curve_figure import step_corners
 
 _SIDES = (0.42, 0.12)  # in: left and right of a panel, for its ticks and labels
 _LEVELS = (0.5, 0.3, 0.7)  # of its own rise: where a curve bears its marker, in turn

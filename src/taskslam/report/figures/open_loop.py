@@ -10,12 +10,12 @@ from dataclasses import replace
 
 from matplotlib.figure import Figure
 
-from taskslam.openloop.study_results import MethodResult, OpenLoopResults
 from taskslam.report.figures.bars import Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure
 from taskslam.report.figures.scales import Quantity, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.markers import Style, method_styles
+from taskslam.studies.study_results import MethodResult, OpenLoopResults
 
 
 def open_loop_figure(results: OpenLoopResults, width: Width) -> Figure:

@@ -24,7 +24,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from taskslam.record.files import write_whole, writing
+from taskslam.files import write_whole, writing
 from taskslam.report import palette
 from taskslam.report.markers import Style
 

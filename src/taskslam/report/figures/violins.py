@@ -21,7 +21,7 @@ from taskslam.report.figures.lettering import fitting_names
 from taskslam.report.figures.scales import Quantity, Scale, Units, scale_of, set_axis
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed
 from taskslam.report.markers import Style
-from taskslam.report.violin_figure import kernel_density
+from taskslam.report.page.violin_figure import kernel_density
 
 _ROW, _TOP, _BOTTOM, _EDGE = 0.27, 0.72, 0.36, 0.06  # in
 _LEAST = 3  # values; fewer have no shape worth drawing

@@ -1,0 +1,1 @@
+"""Child processes of any kind: messages over pipes, and confinement."""

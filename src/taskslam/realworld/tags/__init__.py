@@ -1,0 +1,1 @@
+"""AprilTags: printing, detecting, and where a tag is."""

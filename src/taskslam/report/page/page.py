@@ -1,0 +1,130 @@
+"""One self-contained page: verdict first, then the pictures and tables that support it, then what was run."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from taskslam.files import write_whole, writing
+from taskslam.report import cards, palette, words
+from taskslam.report.markers import marker_shapes
+from taskslam.report.page.comparison_view import comparison_views
+from taskslam.report.page.failure_story import WINDOW_S
+from taskslam.report.page.page_data import page_data
+from taskslam.report.page.plan_drawing import plan_pictures
+from taskslam.report.page.setting import facts
+from taskslam.report.page.suite import SuiteView, is_suite, suite_view
+from taskslam.report.page.verdicts import mode_verdicts, run_verdict, split
+from taskslam.report.page.views import RunView, ScenarioView, run_view, scenario_view
+from taskslam.report.results import Results, read_results
+
+MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
+_STYLES = ("style.css", "interactive.css", "print.css")
+
+
+def write_report(folders: Sequence[Path], out: Path) -> Path:
+    """Write the page about all finished runs at or below the given folders; returns its path.
+
+    With several scenarios or more than two methods it opens with an overview of all of them (`suite.py`). Runs and
+    trajectories that cannot be read are named on the page and left out. Raises RecordError if there is no run at all,
+    DiskFullError if the page cannot be written.
+    """
+    results = read_results(folders)
+    runs = [run_view(f"run-{index}", run) for index, run in enumerate(results.runs, start=1)]
+    whole_suite = is_suite(results)
+    scenarios = [
+        scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite) for name in results.scenarios
+    ]
+    suite = suite_view(results, scenarios) if whole_suite else None
+    style = _style(results)
+    script = _own("page.js")
+    environment = Environment(
+        loader=PackageLoader("taskslam.report.page"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    text = environment.get_template("report.html").render(
+        results=results,
+        suite=suite,
+        scenarios=scenarios,
+        folded=len(runs) > MOST_OPEN_RUNS,
+        damaged=[(run.metrics.directory, reason) for run in runs for reason in _damage(run)],
+        comparisons=comparison_views(results),
+        facts=facts(runs) if runs else [],
+        task_units=_task_units(results),
+        parts=_parts(suite, scenarios),
+        shared=[
+            plan_pictures([run.plan for run in runs if run.plan is not None]),
+            marker_shapes(run.style for run in results.first_runs),
+        ],
+        data=page_data(scenarios),
+        story_window=WINDOW_S,
+        mode_verdicts=mode_verdicts,
+        run_verdict=run_verdict,
+        split=split,
+        words=words,
+        cards=cards,
+        palette=palette,
+        style=Markup(style),  # noqa: S704 our own file, no input in it
+        script=Markup(script),  # noqa: S704 our own file, no input in it
+        policy=_policy(style, script),
+    )
+    with writing(out):
+        out.absolute().parent.mkdir(parents=True, exist_ok=True)
+    write_whole(out, text)
+    return out
+
+
+def _own(name: str) -> str:
+    return resources.files("taskslam.report.page").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _style(results: Results) -> str:
+    """The style sheet, with a rule for each box of the filter: what it stands for is hidden while it is not checked."""
+    boxes = [("method", run.style.key) for run in results.first_runs] + [("mode", mode) for mode in results.modes]
+    rules = [
+        f':root:has(#show-{value}:not(:checked)) [data-{kind}="{value}"] {{ display: none !important; }}'
+        for kind, value in boxes
+    ]
+    return "\n".join([palette.style_sheet(), *(_own(name) for name in _STYLES), *rules])
+
+
+def _policy(style: str, script: str) -> str:
+    """What the browser may do for this page: run its own script, apply its own style, draw its own pictures."""
+    own_style, own_script = (
+        "'sha256-" + base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii") + "'"
+        for text in (style, script)
+    )
+    return (
+        f"default-src 'none'; script-src {own_script}; style-src-elem {own_style}; style-src-attr 'unsafe-inline'; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _damage(run: RunView) -> list[str]:
+    """What could not be read of a run that is on the page."""
+    cut = ["journal.jsonl: the last line was cut off"] if run.metrics.journal_truncated else []
+    return [*cut, *run.metrics.journal_damaged, *run.damage]
+
+
+def _task_units(results: Results) -> str:
+    """How the switch names the task's units; with several tasks on the page each number is in its own."""
+    diameter, field = results.units.diameter_m, results.units.field_of_view
+    if diameter is None or field is None:
+        return "D, FoV" if results.runs else ""
+    return f"D = {100 * diameter:g} cm, FoV = {field:g}°"
+
+
+def _parts(suite: SuiteView | None, scenarios: Sequence[ScenarioView]) -> list[tuple[str, str]]:
+    """Anchors and names for the line of links."""
+    parts = [("methods", "All methods")] if suite else []
+    if len({run.label for scenario in scenarios for run in scenario.runs}) > 1:
+        parts.append(("comparison", "Who is more repeatable"))
+    parts += [(scenario.anchor if suite else f"{scenario.anchor}-waypoints", scenario.title) for scenario in scenarios]
+    parts += [(f"{scenario.anchor}-failures", "Failures") for scenario in scenarios if scenario.failures][:1]
+    return [*parts, ("what-was-run", "What was run"), ("how-to-read", "How to read this")]

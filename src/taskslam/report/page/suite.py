@@ -1,0 +1,119 @@
+"""The overview of a suite: every method over all scenarios, in the paper's figures and one table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from taskslam.evaluation.curves import EXACT_RANGE
+from taskslam.report import words
+from taskslam.report.log_axis import LogAxis, log_axis
+from taskslam.report.page.curve_figure import curve_figure, enlarged_limit
+from taskslam.report.page.scatter_figure import Point, scatter_axis, scatter_figure
+from taskslam.report.page.views import CurvePanel, ScenarioView, curve_of
+from taskslam.report.page.violin_figure import MOST_TICKS, violin_strip
+from taskslam.report.results import Method, MethodResult, Results
+
+_CURVE_SIZE = (380.0, 290.0)  # smaller than a scenario's: three columns stand beside one another
+
+
+@dataclass(frozen=True)
+class SuiteView:
+    """Everything of the overview."""
+
+    results: Results
+    scenarios: tuple[ScenarioView, ...]
+    scatters: tuple[CurvePanel, ...]
+    curves: tuple[CurvePanel, ...]
+    violin_axis: LogAxis
+
+    def violin(self, method: Method) -> Markup:
+        """E over a method's waypoints."""
+        without, with_map = (at.pooled.precisions_m if at else () for at in (method.without_map, method.with_map))
+        return violin_strip(without, with_map, self.violin_axis, method.style.colour, method.label)
+
+    def violin_ticks(self, unit: float) -> list[tuple[float, float]]:
+        """Numbers of units and where they stand on the violins' axis in percent."""
+        most = MOST_TICKS if unit == 0.01 else 4  # `0.002 D` is long, and a phone narrow
+        axis = self.violin_axis
+        return [(tick, 100 * axis.share(tick * unit)) for tick in axis.ticks(unit, most)]
+
+    @property
+    def title(self) -> str:
+        """The one scenario's title, or how many there are."""
+        if len(self.scenarios) == 1:
+            return self.scenarios[0].title
+        return f"{self.who} in {len(self.scenarios)} scenarios"
+
+    @property
+    def who(self) -> str:
+        """How many methods; references apart."""
+        references = sum(method.is_reference for method in self.results.methods)
+        counts = [(len(self.results.methods) - references, "method"), (references, "reference")]
+        return " and ".join(words.count(number, what) for number, what in counts if number)
+
+    def absent(self, mode: str) -> list[str]:
+        """Methods that have no run in a mode and a run in another."""
+        present = {result.label for result in self.results.in_mode(mode)}
+        return [method.label for method in self.results.methods if method.label not in present]
+
+
+def is_suite(results: Results) -> bool:
+    """Whether these runs call for an overview: more than one scenario, or more than two methods."""
+    return len(results.scenarios) > 1 or len(results.methods) > 2
+
+
+def suite_view(results: Results, scenarios: Sequence[ScenarioView]) -> SuiteView:
+    """Draw the overview of all methods."""
+    return SuiteView(
+        results=results,
+        scenarios=tuple(scenarios),
+        scatters=_scatters(results),
+        curves=_curves(results),
+        violin_axis=log_axis([value for result in results.pooled for value in result.pooled.precisions_m]),
+    )
+
+
+def _scatters(results: Results) -> tuple[CurvePanel, ...]:
+    points = {mode: [point for result in results.in_mode(mode) if (point := _point(result))] for mode in results.modes}
+    axis = scatter_axis([point for panel in points.values() for point in panel])
+    return tuple(
+        CurvePanel(
+            words.mode(mode).capitalize(),
+            mode,
+            scatter_figure(panel, axis, results.units.diameter_m, f"Precision against accuracy, {words.mode(mode)}"),
+        )
+        for mode, panel in points.items()
+    )
+
+
+def _point(result: MethodResult) -> Point | None:
+    pooled = result.pooled
+    E, e = pooled.position.precision_m, pooled.position.accuracy_m
+    if E is None or e is None:
+        return None
+    between = pooled.uncertainty
+    return Point(result.label, e, E, result.complete, result.style, between.accuracy_m, between.precision_m)
+
+
+def _curves(results: Results) -> tuple[CurvePanel, ...]:
+    """For each mode the whole curve over 120 cm and its beginning, on axes shared between modes."""
+    diameter = results.units.diameter_m
+    curves = {
+        mode: [
+            curve_of(result, result.pooled.precisions_m, result.pooled.planned_waypoints, marked=True)
+            for result in results.in_mode(mode)
+            if result.pooled.n_auc.exact is not None
+        ]
+        for mode in results.modes
+    }
+    near = enlarged_limit([curve for panel in curves.values() for curve in panel], diameter or EXACT_RANGE / 4)
+    extents = ((EXACT_RANGE, f"up to {100 * EXACT_RANGE:g} cm"), (near, f"the first {100 * near:g} cm, enlarged"))
+    return tuple(
+        CurvePanel(f"{words.mode(mode).capitalize()}, {what}", mode, curve_figure(panel, limit, diameter, _CURVE_SIZE))
+        for limit, what in extents
+        for mode, panel in curves.items()
+        if panel
+    )

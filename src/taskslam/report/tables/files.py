@@ -1,0 +1,128 @@
+"""All tables of results in files: LaTeX for a paper, Markdown for a page, CSV for further work.
+
+CSV files hold one thing a row, in metres, radians and shares, unrounded; what is not defined is empty.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from taskslam.errors import RecordError
+from taskslam.evaluation.metrics_file import Interval
+from taskslam.files import write_whole, writing
+from taskslam.report.results import Results
+from taskslam.report.tables.latex import document, methods_latex, waypoints_latex
+from taskslam.report.tables.markdown import methods_markdown
+
+
+def write_tables(results: Results, folder: Path) -> list[Path]:
+    """Write every table into a folder, which is made; returns the paths.
+
+    Raises RecordError if no run was finished and whole, DiskFullError.
+    """
+    if not results.runs:
+        raise RecordError("none of the runs can be used; expected at least one that is finished and whole")
+    snippets = {"methods.tex": methods_latex(results)}
+    for number, scenario in enumerate(results.scenarios, start=1):
+        name = f"waypoints_{number}.tex" if len(results.scenarios) > 1 else "waypoints.tex"
+        snippets[name] = waypoints_latex(results, scenario)
+    files = {
+        **snippets,
+        "tables.tex": document(snippets),
+        "methods.md": methods_markdown(results),
+        "methods.csv": methods_csv(results),
+        "waypoints.csv": waypoints_csv(results),
+        "failures.csv": failures_csv(results),
+    }
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        write_whole(folder / name, text)
+    return [folder / name for name in files]
+
+
+def methods_csv(results: Results) -> str:
+    """One row for each method in each mode."""
+    kinds = sorted({kind for result in results.pooled for kind in result.pooled.failures_by_kind})
+    head = [
+        "method", "mode", "sensor", "reference", "runs", "missing_runs", "complete_waypoints", "planned_waypoints",
+        *_with_interval("completeness"), *_with_interval("precision_m"), "precision_unbiased_m",
+        *_with_interval("accuracy_m"), *_with_interval("precision_rad"), *_with_interval("accuracy_rad"),
+        *_with_interval("n_auc_exact_120cm"), "n_auc_grid_15cm_to_120cm", "n_auc_grid_6cm_to_90cm",
+        *(f"failures_{kind}" for kind in kinds), "frames", "dropped_frames", "real_time_factor",
+    ]  # fmt: skip
+    rows = []
+    for mode in results.modes:
+        for result in results.in_mode(mode):
+            pooled, sure = result.pooled, result.pooled.uncertainty
+            rows.append(
+                [
+                    result.label, mode, result.sensor, result.is_reference, pooled.runs, pooled.missing_runs,
+                    pooled.complete_waypoints, pooled.planned_waypoints,
+                    *_triple(pooled.completeness, sure.completeness),
+                    *_triple(pooled.position.precision_m, sure.precision_m), sure.precision_unbiased_m,
+                    *_triple(pooled.position.accuracy_m, sure.accuracy_m),
+                    *_triple(pooled.orientation.precision_rad, sure.precision_rad),
+                    *_triple(pooled.orientation.accuracy_rad, sure.accuracy_rad),
+                    *_triple(pooled.n_auc.exact, sure.n_auc_exact),
+                    pooled.n_auc.published, pooled.n_auc.published_real_grid,
+                    *(pooled.failures_by_kind.get(kind, 0) for kind in kinds),
+                    pooled.frames, pooled.dropped_frames, pooled.real_time_factor,
+                ]
+            )  # fmt: skip
+    return _csv(head, rows)
+
+
+def waypoints_csv(results: Results) -> str:
+    """One row for each waypoint of each run. waypoint counts from 1, as on figures."""
+    head = [
+        "scenario", "method", "mode", "seed", "waypoint", "x_m", "y_m", "theta_rad", "visits", "rounds", "complete",
+        "precision_m", "accuracy_m", "precision_rad", "accuracy_rad", "precision_rms_m", "control_m", "estimation_m",
+    ]  # fmt: skip
+    rows = [
+        [
+            run.metrics.scenario, run.label, run.metrics.mode, run.metrics.seed, at.goal + 1, *at.target, at.visits,
+            at.rounds, at.complete, at.position.precision_m, at.position.accuracy_m, at.orientation.precision_rad,
+            at.orientation.accuracy_rad, at.precision_rms_m, at.control.position_m, at.estimation.position_m,
+        ]
+        for run in results.runs
+        for at in run.metrics.waypoints
+    ]  # fmt: skip
+    return _csv(head, rows)
+
+
+def failures_csv(results: Results) -> str:
+    """One row for each goal that was not reached, priming rounds included."""
+    head = [
+        "scenario", "method", "mode", "seed", "round", "waypoint", "outcome", "blames", "t_s", "x_m", "y_m", "detail",
+    ]  # fmt: skip
+    rows = [
+        [
+            run.metrics.scenario, run.label, run.metrics.mode, run.metrics.seed,
+            run.metrics.round_name(failure.round), failure.goal + 1, failure.outcome, failure.blames, failure.t_s,
+            *(failure.truth[:2] if failure.truth else (None, None)), failure.detail,
+        ]
+        for run in results.runs
+        for failure in run.metrics.failures
+    ]  # fmt: skip
+    return _csv(head, rows)
+
+
+def _with_interval(name: str) -> tuple[str, str, str]:
+    return (name, f"{name}_low95", f"{name}_high95")
+
+
+def _triple(value: float | None, interval: Interval | None) -> tuple[float | None, float | None, float | None]:
+    return (value, None, None) if interval is None else (value, interval.low, interval.high)
+
+
+def _csv(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Comma-separated lines; floats by repr, so they come back bit for bit."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return buffer.getvalue()

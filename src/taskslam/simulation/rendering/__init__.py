@@ -1,0 +1,1 @@
+"""Pictures of a world: rasterising, light and texture."""

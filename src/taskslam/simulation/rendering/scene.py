@@ -1,0 +1,161 @@
+"""What a pinhole in a world sees: light, depth and triangle of every pixel, in one pass over the visible triangles."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from taskslam.errors import WorldError
+from taskslam.geometry import FloatArray, invert_se3, is_rigid
+from taskslam.simulation.rendering.baked_light import background_root, baked_light
+from taskslam.simulation.rendering.pixel_shading import shade
+from taskslam.simulation.rendering.rasterizer import CutOuts, Pinhole, rasterize, visible_blocks
+from taskslam.simulation.rendering.texture_atlas import TextureAtlas, texture_atlas
+from taskslam.simulation.rendering.triangle_blocks import triangle_blocks
+from taskslam.world import TriangleMesh, World
+
+
+@dataclass(frozen=True)
+class View:
+    """One rendered picture.
+
+    radiance_root: (H, W) float32, or (H, W, 3) in colour: square root of linear light, not yet exposed; drawn: (H, W)
+    int32 index into `source`, -1 where nothing is seen; source: (T,) int32 index into `World.visual`; inverse_depth:
+    (H, W) float32, 1 / m along the optical axis where something is seen.
+    """
+
+    radiance_root: npt.NDArray[np.float32]
+    drawn: npt.NDArray[np.int32]
+    source: npt.NDArray[np.int32]
+    inverse_depth: npt.NDArray[np.float32]
+
+    def depth(self) -> npt.NDArray[np.float32]:
+        """(H, W) float32 m along the optical axis, +inf where nothing stands between near and far."""
+        return np.where(self.drawn >= 0, np.float32(1.0) / self.inverse_depth, np.float32(np.inf))
+
+    def triangle(self) -> npt.NDArray[np.int32]:
+        """(H, W) int32 index into `World.visual`, -1 where nothing is seen."""
+        named: npt.NDArray[np.int32] = np.append(self.source, np.int32(-1))[self.drawn]  # index -1 finds the last
+        return named
+
+
+class Scene:
+    """A world made ready for rendering, grey or in colour; it may be shared by cameras and threads."""
+
+    def __init__(self, world: World, color: bool = False) -> None:
+        mesh = world.visual
+        corners = mesh.corners()
+        finite = np.isfinite(corners).all(axis=(1, 2))
+        used = np.zeros(len(world.materials), bool)
+        used[np.unique(mesh.material[finite])] = True
+        atlas = texture_atlas(world.materials, used, color)
+        entry = atlas.entry[mesh.material]
+        self.blocks = triangle_blocks(corners, np.flatnonzero(finite & (entry >= 0)))
+        source = self.blocks.source
+        self._entry = entry[source]
+        self._atlas = atlas
+        self._texel_uv = _texel_uv(world, mesh, source, atlas, self._entry)
+        holed = np.where(atlas.holes[self._entry], self._entry, -1).astype(np.int32) if len(source) else self._entry
+        self._cut_outs = CutOuts(holed, self._texel_uv, atlas.opacity, atlas.offset, atlas.width, atlas.height)
+        self._light = baked_light(world, source, color)
+        self._background = background_root(world, color)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        b, a, light = self.blocks, self._atlas, self._light
+        arrays = (b.vertices, b.triangles, b.source, b.low, b.high, a.planes, a.opacity)
+        more = (self._texel_uv, self._entry, self._cut_outs.entry, light.values, light.offset, light.cells)
+        return sum(array.nbytes for array in arrays + more)
+
+    def view(self, T_world_camera: FloatArray, pinhole: Pinhole, threads: int = 1) -> View:
+        """What a pinhole at `T_world_camera` (4, 4), the pose of its optical frame, sees.
+
+        Bands of rows are shared among threads; every pixel is worked out alone, so that their number changes nothing.
+
+        Raises:
+            WorldError: the pose is not a rigid transform.
+        """
+        if not is_rigid(T_world_camera):
+            raise WorldError("camera: T_world_camera is not a finite rigid (4, 4) transform")
+        rotation = np.ascontiguousarray(invert_se3(T_world_camera)[:3, :3])
+        position = np.ascontiguousarray(T_world_camera[:3, 3], dtype=np.float64)
+        shape = (pinhole.height, pinhole.width)
+        inverse_depth, drawn = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        planes = np.empty((len(self._atlas.planes), *shape), np.float32)
+        order = visible_blocks(self.blocks, rotation, position, pinhole)
+
+        def band(rows: tuple[int, int]) -> None:
+            rasterize(self.blocks, order, self._cut_outs, rotation, position, pinhole, rows, inverse_depth, drawn)
+            for plane in range(len(planes)):
+                self._shade(plane, drawn, rotation, position, pinhole, rows, planes[plane])
+
+        edges = np.linspace(0, pinhole.height, max(1, threads) + 1).astype(int)
+        bands = [(int(a), int(b)) for a, b in pairwise(edges)]
+        if len(bands) == 1:
+            band(bands[0])
+        else:
+            with ThreadPoolExecutor(len(bands)) as pool:
+                list(pool.map(band, bands))
+        light = planes[0] if len(planes) == 1 else np.moveaxis(planes, 0, 2)
+        return View(light, drawn, self.blocks.source, inverse_depth)
+
+    def _shade(
+        self,
+        plane: int,
+        drawn: npt.NDArray[np.int32],
+        rotation: FloatArray,
+        position: FloatArray,
+        pinhole: Pinhole,
+        rows: tuple[int, int],
+        out: npt.NDArray[np.float32],
+    ) -> None:
+        blocks, atlas, light = self.blocks, self._atlas, self._light
+        shade(
+            drawn,
+            blocks.vertices,
+            blocks.triangles,
+            self._entry,
+            self._texel_uv,
+            light.cells,
+            light.offset,
+            light.values[plane],
+            atlas.planes[plane],
+            atlas.offset,
+            atlas.width,
+            atlas.height,
+            rotation,
+            position,
+            pinhole.numbers(),
+            self._background[plane],
+            rows[0],
+            rows[1],
+            out,
+        )
+
+
+def render(world: World, T_world_camera: FloatArray, pinhole: Pinhole, color: bool = False, threads: int = 1) -> View:
+    """One view of a world; for many views, keep a `Scene`. Raises as `Scene.view` does."""
+    return Scene(world, color).view(T_world_camera, pinhole, threads)
+
+
+def depth_image(view: View) -> npt.NDArray[np.float32]:
+    """(H, W) float32 m along the optical axis as depth cameras give it: 0 where nothing was measured."""
+    return np.where(view.drawn >= 0, np.float32(1.0) / view.inverse_depth, np.float32(0.0))
+
+
+def _texel_uv(
+    world: World, mesh: TriangleMesh, source: npt.NDArray[np.int32], atlas: TextureAtlas, entry: npt.NDArray[np.int32]
+) -> npt.NDArray[np.float32]:
+    """(T, 3, 2) float32 corner coordinates in texels, y down; whole repeats are taken off to keep them precise."""
+    scale = np.array([m.texture_scale for m in world.materials], np.float64).reshape(-1, 2)[mesh.material[source]]
+    uv = mesh.uv[source].astype(np.float64) * scale[:, None, :]
+    uv[~np.isfinite(uv).all(axis=(1, 2))] = 0.0
+    uv[..., 1] = 1.0 - uv[..., 1]
+    uv -= np.floor(uv.min(axis=1, keepdims=True))
+    size = np.stack([atlas.width[entry], atlas.height[entry]], axis=1)
+    return (uv * 2.0 ** size[:, None, :]).astype(np.float32)

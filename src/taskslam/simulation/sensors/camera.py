@@ -1,0 +1,67 @@
+"""The stereo camera: a rectified pair of pinholes with exactly equal stamps, one exposure and read noise of its own."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import numpy.typing as npt
+
+from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
+from taskslam.measurements import Sensor, StereoImages
+from taskslam.robot import StereoCamera
+from taskslam.simulation.motion import Motion
+from taskslam.simulation.rendering.rasterizer import Pinhole
+from taskslam.simulation.rendering.scene import Scene, View
+from taskslam.simulation.sensors.exposure import AutomaticExposure, FixedExposure
+from taskslam.simulation.sensors.read_noise import develop
+from taskslam.simulation.streams import stream
+from taskslam.world import World
+
+
+def pinhole_of(camera: StereoCamera) -> Pinhole:
+    """The pinhole that both cameras of a pair are."""
+    return Pinhole(camera.width, camera.height, camera.focal_length, camera.center, camera.near, camera.far)
+
+
+class StereoCameraSensor:
+    """Both images of one instant, (H, W) grey or (H, W, 3) RGB uint8, drawn side by side on two threads."""
+
+    sensor = Sensor.STEREO_IMAGES
+
+    def __init__(self, camera: StereoCamera, world: World, seed: int) -> None:
+        self.rate = camera.rate
+        self._noise = camera.noise
+        self._seed = seed
+        self._scene = Scene(world, camera.color)
+        self._pinhole = pinhole_of(camera)
+        right = np.eye(4)
+        right[1, 3] = -camera.baseline
+        mount = camera.mount.matrix()
+        self._T_base_cameras = (mount @ OPTICAL_IN_BODY, mount @ right @ OPTICAL_IN_BODY)
+        exposure = camera.exposure
+        self._beside = ThreadPoolExecutor(1, "right-eye")
+        self._exposure = AutomaticExposure(camera.rate) if exposure == "auto" else FixedExposure(exposure)
+        self.reset(0)
+
+    def reset(self, count: int) -> None:
+        """Fresh noise after the count-th reset; automatic exposure starts anew."""
+        self._streams = [stream(self._seed, f"stereo/{eye}/read_noise", count) for eye in ("left", "right")]
+        self._exposure.reset()
+
+    def measure(self, stamp: int, motion: Motion) -> StereoImages:
+        """The pair that is exposed, in no time, at `stamp`."""
+        left, right = self.views(SE2(*motion.pose_at([stamp])[0]).matrix())
+        gain = self._exposure.gain(left.radiance_root)
+        images = [self._developed(view, gain, eye) for eye, view in enumerate((left, right))]
+        return StereoImages(stamp, images[0], images[1])
+
+    def views(self, T_world_base: FloatArray) -> tuple[View, View]:
+        """What left and right see, before exposure and noise, with the base at `T_world_base` (4, 4)."""
+        left, right = (T_world_base @ T_base_camera for T_base_camera in self._T_base_cameras)
+        drawn_beside = self._beside.submit(self._scene.view, right, self._pinhole)
+        return self._scene.view(left, self._pinhole), drawn_beside.result()
+
+    def _developed(self, view: View, gain: float, eye: int) -> npt.NDArray[np.uint8]:
+        key = int(self._streams[eye].integers(0, 2**64, dtype=np.uint64))
+        return develop(view.radiance_root, gain, self._noise, key)

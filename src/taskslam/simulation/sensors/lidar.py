@@ -1,0 +1,70 @@
+"""The planar LiDAR: rays by Embree, range limits and noise as Gazebo's ray sensors have them (protocol 4.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from taskslam.measurements import NANOSECONDS, LaserScan, Sensor
+from taskslam.robot import Lidar2D
+from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.ray_fan import RayFan
+from taskslam.simulation.sensors.raytracing import RayCaster
+from taskslam.simulation.streams import stream
+
+
+class LaserScanner:
+    """Turns the true motion into scans. The mount may be pitched or rolled; the base stays level."""
+
+    sensor = Sensor.LASER_SCAN
+
+    def __init__(self, lidar: Lidar2D, rays: RayCaster, seed: int) -> None:
+        self._lidar = lidar
+        self._rays = rays
+        self._seed = seed
+        self.rate = lidar.rate
+        angles = lidar.angles()
+        in_laser = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+        self.fan = RayFan(in_laser, lidar.mount.matrix())
+        self._time_increment = round(NANOSECONDS / lidar.rate / lidar.samples) if lidar.rolling else 0
+        self._ages = np.arange(lidar.samples - 1, -1, -1) * self._time_increment
+        self.reset(0)
+
+    def reset(self, count: int) -> None:
+        """Fresh noise stream after the count-th reset."""
+        self._noise = stream(self._seed, "lidar_2d/range_noise", count)
+
+    def measure(self, stamp: int, motion: Motion) -> LaserScan:
+        """The scan whose last ray is fired at `stamp`.
+
+        A hit nearer than range_min or farther than range_max is +inf: no return.
+        """
+        lidar = self._lidar
+        poses = motion.pose_at(stamp - self._ages if self._time_increment else [stamp])
+        true = self._rays.distances(*self.fan.at(poses))
+        noise = self._noise.standard_normal(lidar.samples, dtype=np.float32)
+        ranges = _measure(true, noise, lidar.noise, lidar.resolution, lidar.range_min, lidar.range_max)
+        return LaserScan(
+            stamp,
+            ranges,
+            lidar.angle_min,
+            lidar.angle_increment,
+            lidar.range_min,
+            lidar.range_max,
+            self._time_increment,
+        )
+
+
+@njit(cache=True)
+def _measure(true, noise, sigma, resolution, range_min, range_max):  # type: ignore[no-untyped-def]
+    """(N,) float32 readings from true distances and standard normal draws: noise, resolution, then the limits."""
+    ranges = np.empty(len(true), np.float32)
+    for i in range(len(true)):
+        if not range_min <= true[i] <= range_max:
+            ranges[i] = np.inf
+            continue
+        reading = true[i] + sigma * noise[i]
+        if resolution > 0.0:
+            reading = round(reading / resolution) * resolution
+        ranges[i] = min(max(reading, range_min), range_max)
+    return ranges

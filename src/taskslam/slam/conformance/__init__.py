@@ -1,0 +1,1 @@
+"""The public conformance suite: does a method keep its promises?"""

@@ -1,0 +1,94 @@
+"""What the host demands of a method: a valid card, needs that the robot can meet, estimates that are poses."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from taskslam.errors import InputError
+from taskslam.geometry import is_rigid
+from taskslam.measurements import Sensor
+from taskslam.processes import messages
+from taskslam.robot import SensorRig
+from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, Status
+
+_LONGEST_LATENCY_S = 60.0
+_RIGID_TOLERANCE = 1e-3  # methods that compute in float32 still pass
+
+
+def read_card(method: str, answer: messages.Header) -> MethodCard:
+    """Read the card as the child sent it.
+
+    Raises:
+        InputError: a field is missing, not of its kind or out of range.
+    """
+    try:
+        fields = dict(answer["card"])
+        fields["sensors"] = tuple(Sensor(sensor) for sensor in fields["sensors"])
+        fields["kind"], fields["map_mode"] = Kind(fields["kind"]), MapMode(fields["map_mode"])
+        card = MethodCard(**fields)
+        if not (0 <= card.latency < _LONGEST_LATENCY_S and card.queue >= 1 and 0 <= card.needs_still_start < math.inf):
+            raise ValueError(
+                f"latency {card.latency!r} s, queue {card.queue!r}, still start {card.needs_still_start!r} s; expected "
+                f"0 to {_LONGEST_LATENCY_S:g} s, at least 1, and a finite time"
+            )
+        return card
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"method '{method}': its card is not valid: {error}") from error
+
+
+def read_estimate(fields: Any, arrays: messages.Arrays) -> PoseEstimate:
+    """Put an estimate together as the child sent it; its numbers are not judged yet.
+
+    Raises:
+        WireError: a part is missing or unknown.
+    """
+    try:
+        return PoseEstimate(fields["stamp"], arrays["T_start_base"], Status(fields["status"]), arrays.get("covariance"))
+    except (KeyError, TypeError, ValueError) as error:
+        raise messages.WireError(f"an estimate without its parts: {error}") from error
+
+
+def what_is_wrong(estimate: PoseEstimate, now: int, last: int) -> str:
+    """Say why an estimate made at `now` after one stamped `last` (ns) is not a usable pose; empty if it is."""
+    T, covariance = estimate.T_start_base, estimate.covariance
+    if not is_rigid(T, _RIGID_TOLERANCE):
+        return f"a pose that is not {'a rigid transform' if np.isfinite(T).all() else 'finite'}"
+    if covariance is not None and (covariance.shape != (3, 3) or not np.isfinite(covariance).all()):
+        return "a covariance that is not a finite 3x3 matrix"
+    if type(estimate.stamp) is not int or estimate.stamp < last:
+        return f"a pose that goes back in time (stamp {estimate.stamp} ns after {last} ns)"
+    if estimate.stamp > now:
+        return f"a pose of the future (stamp {estimate.stamp} ns)"
+    return ""
+
+
+def check_needs(card: MethodCard, rig: SensorRig) -> None:
+    """Refuse a method that a robot with this rig cannot run, or that asks for what it may not have.
+
+    Raises:
+        InputError: a sensor that the rig has not, wheel odometry used but not asked for, or the truth asked for by a
+            method that is not a reference.
+    """
+    if Sensor.TRUE_POSE in card.sensors and card.kind is not Kind.REFERENCE:
+        raise InputError(
+            f"method '{card.name}' of kind {card.kind} asks for true poses; only methods of kind reference get them"
+        )
+    if card.odometry_prior and Sensor.WHEEL_ODOMETRY not in card.sensors:
+        raise InputError(f"method '{card.name}' uses an odometry prior but has no wheel_odometry among its sensors")
+    if not card.sensors:
+        raise InputError(f"method '{card.name}' asks for no sensor")
+    fitted = {
+        Sensor.LASER_SCAN: rig.lidar_2d,
+        Sensor.POINT_CLOUD: rig.lidar_3d,
+        Sensor.STEREO_IMAGES: rig.stereo,
+        Sensor.IMU: rig.imu,
+    }
+    has = {Sensor.WHEEL_ODOMETRY, Sensor.TRUE_POSE} | {sensor for sensor, part in fitted.items() if part is not None}
+    if missing := [sensor for sensor in card.sensors if sensor not in has]:
+        raise InputError(
+            f"method '{card.name}' needs {', '.join(missing)}, which the robot has not (it has "
+            f"{', '.join(sorted(has - {Sensor.TRUE_POSE}))})"
+        )

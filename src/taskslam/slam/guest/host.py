@@ -1,0 +1,378 @@
+"""`MethodHost`: a SLAM method as a guest in its own process, on simulated time.
+
+    host = MethodHost("karto", {}, robot.rig, folder / "method.log")
+    host.start()
+    for measurement in simulator.advance(until):
+        host.feed(measurement)
+    for estimate in host.collect(until):
+        ...
+    host.stop()
+
+The child computes while the simulator goes on; `collect` waits only for answers that are due. What arrives when is
+decided by stamps and latencies alone (`latency.py`), so the same input gives the same output on any machine. A method
+that fails is reported when its answer is due, never earlier, for the same reason.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import NoReturn, Self
+
+from taskslam.errors import (
+    DiskFullError,
+    HostFailedError,
+    InputError,
+    MethodUnavailableError,
+    TaskSlamError,
+    UnknownMethodError,
+)
+from taskslam.measurements import NANOSECONDS, Measurement
+from taskslam.outcomes import Outcome
+from taskslam.processes import messages
+from taskslam.robot import SensorRig
+from taskslam.slam.base import MethodCard, PoseEstimate
+from taskslam.slam.guest import wire
+from taskslam.slam.guest.contract import check_needs, read_card, read_estimate, what_is_wrong
+from taskslam.slam.guest.failure import MethodFailedError
+from taskslam.slam.guest.latency import NEVER, HandOver, LatencyModel, Schedule
+from taskslam.slam.guest.process import GuestProcess, Limits
+from taskslam.slam.guest.shared_images import ImageSlots
+
+_MAX_UNSENT = 64 << 20
+_INPUT_ERRORS = {"unknown": UnknownMethodError, "unavailable": MethodUnavailableError, "input": InputError}
+
+__all__ = ["Limits", "MethodHost"]
+
+
+class MethodHost:
+    """One method, from start to stop. Calls raise `MethodFailedError` once the method has failed.
+
+    method: a registered name or `package.module:Class`. log: file to which what the method prints is added; the folder
+    that it lies in is where the run is recorded, and the method cannot read there. frames: frames of
+    the card's frame sensors fed; dropped_frames: those that the method never saw because it was busy; compute_s: CPU
+    time that it spent in `feed`; peak_memory: bytes resident at most.
+    """
+
+    def __init__(
+        self,
+        method: str,
+        options: Mapping[str, object],
+        rig: SensorRig,
+        log: Path,
+        latency: LatencyModel | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self._name = method
+        self._rig = rig
+        self._log = log
+        self._latency = latency or LatencyModel()
+        self._limits = limits or Limits()
+        try:
+            self._options = wire.option_values(options)
+        except TypeError as error:
+            raise InputError(f"method '{method}': option value {error}; expected text, numbers or lists") from error
+        self._guest: GuestProcess | None = None
+        self._images: ImageSlots | None = None
+        self._card: MethodCard | None = None
+        self._failure: MethodFailedError | None = None
+        self._reader = messages.MessageReader(messages.MAX_REPLY)
+        self._unsent = bytearray()
+        self._outstanding: deque[HandOver] = deque()  # sent and not yet acknowledged
+        self._awaited: deque[HandOver] = deque()  # those of them with an answer that will be due
+        self._ready: deque[tuple[int, PoseEstimate]] = deque()
+        self._undelivered: list[PoseEstimate] = []
+        self._answer: messages.Header | None = None
+        self._doom: tuple[Outcome, str] | None = None
+        self._last_stamp = -1
+        self.compute_s = 0.0
+
+    @property
+    def card(self) -> MethodCard:
+        """The card of the started method."""
+        if self._card is None:
+            raise HostFailedError(f"method '{self._name}' is not started")
+        return self._card
+
+    @property
+    def frames(self) -> int:
+        """Frames (scans, clouds, images) fed so far, the dropped ones included."""
+        return self._schedule.frames if self._card else 0
+
+    @property
+    def dropped_frames(self) -> int:
+        """Frames that the method never saw because it was busy."""
+        return self._schedule.dropped if self._card else 0
+
+    @property
+    def peak_memory(self) -> int:
+        """Most bytes of resident memory seen so far."""
+        return self._guest.peak_memory if self._guest else 0
+
+    def start(self) -> None:
+        """Start the process, construct the method with its options and start it.
+
+        Raises:
+            UnknownMethodError, MethodUnavailableError: no such method, or its package is absent.
+            InputError: wrong options, or the method needs a sensor that the robot has not, or asks for the truth.
+            HostFailedError: the process cannot be run. DiskFullError: the log cannot be written.
+            MethodFailedError: it crashed or hung on the way.
+        """
+        if self._guest is not None:
+            raise HostFailedError(f"method '{self._name}' was started already")
+        self._images = _image_slots(self._rig)
+        self._guest = GuestProcess(self._log, self._limits, ":" in self._name, self._images)
+        try:
+            timeout = self._limits.start_timeout_s
+            answer = self._ask(
+                "be constructed",
+                timeout,
+                do="construct",
+                method=self._name,
+                options=self._options,
+                results=str(self._log.parent.resolve()),
+                cpu_scale=self._latency.cpu_scale,
+            )
+            card = read_card(self._name, answer)
+            self._guest.freezes_itself = card.asynchronous
+            check_needs(card, self._rig)
+            self._schedule = Schedule(card.sensors, card.queue, self._latency.before(card.latency))
+            self._ask("start", timeout, do="start", rig=self._rig.model_dump_json())
+            self._card = card
+        except BaseException:
+            self._guest.end(grace_s=0)
+            raise
+
+    def feed(self, measurement: Measurement) -> None:
+        """Offer one measurement, in stamp order; waits for the method only in `measured` mode.
+
+        Sensors that the card does not ask for are passed over in silence.
+
+        Raises:
+            MethodFailedError: the method failed on something that was due before.
+            ValueError: the measurement is older than one before it.
+        """
+        if measurement.sensor not in self.card.sensors:
+            return
+        self._raise_failure()
+        self._pass_time(measurement.stamp)
+        self._send(self._schedule.offer(measurement))
+        if len(self._unsent) > _MAX_UNSENT:
+            self._await_outstanding(self._outstanding[0].number)
+
+    def collect(self, until: int) -> list[PoseEstimate]:
+        """Estimates delivered up to `until` (ns of simulated time) that were not collected yet, in stamp order.
+
+        Raises:
+            MethodFailedError: an answer that is due did not come, or is not a pose.
+        """
+        self._raise_failure()
+        self._pass_time(until)
+        self._process.write(self._unsent)
+        while self._awaited and (self._awaited[0].due is None or self._awaited[0].due <= until):
+            self._await_outstanding(self._awaited[0].number)
+        estimates = []
+        while self._ready and self._ready[0][0] <= until:
+            estimates.append(self._ready.popleft()[1])
+        if self._process.log_error is not None:
+            raise DiskFullError(f"{self._log}: cannot write the method's log: {self._process.log_error.strerror}")
+        return estimates
+
+    def save_map(self, path: Path) -> None:
+        """Have the method write its map to `path`, whole or not at all. The method never learns the path.
+
+        Raises:
+            InputError: its card says that it cannot. DiskFullError: `path` cannot be written. MethodFailedError.
+        """
+        self._need_maps("save")
+        self._ask("save its map", self._limits.start_timeout_s, do="save_map", file="saved-map")
+        made, partial = self._process.scratch / "saved-map", path.with_name(path.name + ".part")
+        if not made.is_file():
+            self._fail(Outcome.INVALID_OUTPUT, "save_map wrote no file")
+        try:
+            shutil.copyfile(made, partial)
+            partial.replace(path)
+        except OSError as error:
+            raise DiskFullError(f"{path}: cannot write the map: {error.strerror}") from error
+
+    def load_map(self, path: Path) -> None:
+        """Give the method a map that `save_map` wrote; right after `start`.
+
+        Raises:
+            InputError: its card says that it cannot, or the file cannot be read, or is refused by the method, which
+                then is at its end. MethodFailedError.
+        """
+        self._need_maps("load")
+        try:
+            shutil.copyfile(path, self._process.scratch / "given-map")
+        except OSError as error:
+            raise InputError(f"{path}: cannot read the map: {error.strerror}") from error
+        self._ask("load its map", self._limits.start_timeout_s, do="load_map", file="given-map")
+
+    def stop(self) -> None:
+        """End the method: ask it to stop, wait a little, kill what is left. May be called any number of times."""
+        if self._guest is None or self._guest.ended:
+            return
+        if self._failure is None and self._card is not None:
+            self._unsent += messages.pack({"do": "stop"})
+            self._guest.write(self._unsent)
+            self._guest.end(self._limits.stop_timeout_s)
+        else:
+            self._guest.end(grace_s=0)
+        if self._guest.log_error is not None and self._failure is None:
+            raise DiskFullError(f"{self._log}: cannot write the method's log: {self._guest.log_error.strerror}")
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        try:
+            self.stop()
+        except TaskSlamError:
+            if error is None:
+                raise
+
+    @property
+    def _process(self) -> GuestProcess:
+        assert self._guest is not None
+        return self._guest
+
+    def _pass_time(self, until: int) -> None:
+        """Hand over queued frames whose turn comes by `until`; in `measured` mode learn each frame's time first."""
+        while True:
+            if self._schedule.unsettled:
+                self._await_outstanding(self._outstanding[-1].number)
+            handed = self._schedule.advance(until)
+            self._send(handed)
+            if not self._schedule.unsettled:
+                return
+
+    def _send(self, handed: list[HandOver]) -> None:
+        share = self._images.put if self._images is not None else None
+        for hand_over in handed:
+            self._unsent += wire.pack_measurement(hand_over.number, hand_over.measurement, share)
+            self._outstanding.append(hand_over)
+            if hand_over.due != NEVER:
+                self._awaited.append(hand_over)
+            if self._schedule.occupies(hand_over.measurement):
+                self._process.write(self._unsent)  # the child works on it while the simulator goes on
+
+    def _await_outstanding(self, number: int) -> None:
+        """Wait until everything up to message `number` is answered."""
+        while self._outstanding and self._outstanding[0].number <= number:
+            self._hear(_words(self._outstanding[0]), self._limits.frame_timeout_s)
+
+    def _ask(self, what: str, timeout_s: float, **command: object) -> messages.Header:
+        """Send a command and wait for its answer."""
+        self._raise_failure()
+        self._unsent += messages.pack(command)
+        self._answer = None
+        while self._answer is None:
+            self._hear(f"the request to {what}", timeout_s)
+        return self._answer
+
+    def _hear(self, about: str, timeout_s: float) -> None:
+        """Wait for bytes of the child and take in the messages that they complete.
+
+        A failure that these tell of later measurements is kept until those are due.
+        """
+        if self._doom is not None:
+            self._fail(*self._doom)
+        data = self._process.exchange(self._unsent, timeout_s)
+        if data is None:
+            self._fail(Outcome.STALLED, f"gave no answer to {about} within {timeout_s:g} s")
+        if not data:
+            self._fail(Outcome.CRASHED, f"{self._process.ending()} at {about}")
+        try:
+            for header, arrays in self._reader.messages(data):
+                match header.get("say"):
+                    case "done":
+                        self._take_done(header, arrays)
+                    case "answer":
+                        self._answer = header
+                    case "error":
+                        self._take_error(header, about)
+                    case other:
+                        raise messages.WireError(f"unknown message {other!r:.80}")
+                if self._doom is not None:
+                    return
+        except messages.WireError as error:
+            self._fail(Outcome.INVALID_OUTPUT, f"its process wrote into the reply pipe: {error}")
+
+    def _take_done(self, header: messages.Header, arrays: messages.Arrays) -> None:
+        number, compute = header.get("number"), header.get("compute")
+        if not isinstance(number, int) or not isinstance(compute, int):
+            raise messages.WireError("an acknowledgement without a number")
+        if self._images is not None:
+            self._images.release(header.get("released", ()))
+        self.compute_s += compute / NANOSECONDS
+        while self._outstanding and self._outstanding[0].number < number:
+            self._finish(0)
+        if not self._outstanding or self._outstanding[0].number != number:
+            raise messages.WireError(f"an acknowledgement of message {number}, which is not outstanding")
+        estimate: PoseEstimate | None = None
+        if "estimate" in header:
+            cause = self._outstanding[0].measurement
+            estimate = read_estimate(header["estimate"], arrays)
+            if wrong := what_is_wrong(estimate, cause.stamp, self._last_stamp):
+                self._doom = (Outcome.INVALID_OUTPUT, f"returned {wrong}, at {_words(self._outstanding[0])}")
+                return
+        if estimate is not None:
+            self._last_stamp = estimate.stamp
+            self._undelivered.append(estimate)
+        took = header.get("took", compute)
+        if not isinstance(took, int):
+            raise messages.WireError("an acknowledgement without the time that it took")
+        self._finish(took)
+
+    def _finish(self, took: int) -> None:
+        """Take the oldest outstanding measurement as done; what the method said of it is delivered when it is due."""
+        done = self._outstanding.popleft()
+        due = self._schedule.settle(done, self._latency.after(took)) if done.due is None else done.due
+        if due != NEVER:
+            self._awaited.popleft()
+            self._ready.extend((due, estimate) for estimate in self._undelivered)
+            self._undelivered.clear()
+
+    def _take_error(self, header: messages.Header, about: str) -> None:
+        kind, detail = header.get("kind"), str(header.get("detail"))[:1000]
+        if kind in _INPUT_ERRORS and header.get("number") is None:  # a command was at fault, not a measurement
+            self._failure = MethodFailedError(Outcome.CRASHED, f"{self._name} ended: {detail}")
+            self._process.end(grace_s=0)
+            raise _INPUT_ERRORS[kind](detail)
+        if self._outstanding:
+            about = _words(self._outstanding[0])
+        if kind == "invalid":
+            self._doom = (Outcome.INVALID_OUTPUT, f"returned {detail}, at {about}")
+        else:
+            self._doom = (Outcome.CRASHED, f"raised {detail}, at {about}")
+
+    def _need_maps(self, verb: str) -> None:
+        if not self.card.can_save_map:
+            raise InputError(f"method '{self._name}' cannot {verb} maps (can_save_map is false on its card)")
+
+    def _raise_failure(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _fail(self, outcome: Outcome, detail: str) -> NoReturn:
+        self._failure = MethodFailedError(outcome, f"{self._name} {detail}")
+        self._process.end(grace_s=0)
+        raise self._failure
+
+
+def _image_slots(rig: SensorRig) -> ImageSlots | None:
+    """Shared memory for the rig's images, or None where there are no images or no such memory: the pipe works too."""
+    try:
+        return None if rig.stereo is None else ImageSlots(rig.stereo)
+    except OSError:
+        return None
+
+
+def _words(hand_over: HandOver) -> str:
+    measurement = hand_over.measurement
+    return f"the {measurement.sensor.replace('_', ' ')} at {measurement.stamp / NANOSECONDS:.3f} s"

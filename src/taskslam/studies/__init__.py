@@ -1,0 +1,1 @@
+"""Many recorded runs compared: open-loop studies."""

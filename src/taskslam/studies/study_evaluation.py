@@ -1,0 +1,179 @@
+"""An open-loop study, evaluated: every run against the ground truth, and the runs of a method against one another.
+
+Each run is laid on the ground truth by the alignment that its method warrants, before anything is compared: runs live
+in frames of their own. That takes from every run its best rigid fit, so it flatters accuracy at least as much as
+precision: where precision still is the better, alignment is not why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from taskslam.datasets.trajectory_files import read_trajectory_file
+from taskslam.errors import TrajectoryError
+from taskslam.evaluation.trajectory_alignment import Alignment, align
+from taskslam.evaluation.trajectory_association import DEFAULT_MAX_DIFFERENCE_NS, associate_trajectories, common_frames
+from taskslam.evaluation.trajectory_errors import Statistics, absolute_errors, relative_errors
+from taskslam.evaluation.trajectory_pairs import DeltaUnit, pairs
+from taskslam.geometry import FloatArray
+from taskslam.measurements import NANOSECONDS
+from taskslam.record.trajectories import SpatialTrajectory
+from taskslam.studies.study import SequenceRuns, Study
+from taskslam.studies.study_comparison import (
+    AlignedRun,
+    accuracy_over_precision,
+    common_set,
+    published_precision,
+    shared_set,
+    verdict_of,
+)
+from taskslam.studies.study_results import (
+    FEW_FRAMES,
+    ErrorStatistics,
+    LeftOutRun,
+    MethodResult,
+    OpenLoopResults,
+    RelativeErrors,
+    RunResult,
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a study is evaluated. align: of methods that say nothing; rpe: over what, or no RPE at all."""
+
+    align: Alignment = Alignment.SE3
+    max_difference_ns: int = DEFAULT_MAX_DIFFERENCE_NS
+    rpe: tuple[float, DeltaUnit] | None = None
+    upstream_compat: bool = False
+
+
+def evaluate_study(study: Study, settings: Settings) -> OpenLoopResults:
+    """Evaluate all that can be; what cannot is named in `left_out`. Raises TrajectoryError if nothing can be."""
+    results: list[MethodResult] = []
+    left_out: list[LeftOutRun] = []
+    frames: dict[str, int] = {}
+    for name, sequence in study.sequences.items():
+        try:
+            truth = read_trajectory_file(sequence.groundtruth, _path(sequence.times)).trajectory
+        except TrajectoryError as error:
+            left_out.append(LeftOutRun(sequence=name, method=None, file=sequence.groundtruth, reason=str(error)))
+            continue
+        runs = {
+            method: _read_runs(
+                name, method, sequence, truth, study.alignment(method, settings.align), settings, left_out
+            )
+            for method in sequence.runs
+        }
+        seen = len(common_frames([run.stamps for method in runs.values() for run in method]))
+        frames[name] = sequence.frames or seen
+        results += [
+            _method_result(name, method, study.alignment(method, settings.align), found, frames[name], truth, settings)
+            for method, found in runs.items()
+            if found
+        ]
+    if not results:
+        reasons = "; ".join(left.reason for left in left_out[:3]) or "the study names no run"
+        raise TrajectoryError(f"nothing can be evaluated: {reasons}")
+    return OpenLoopResults(
+        units=study.units,
+        max_difference_s=settings.max_difference_ns / NANOSECONDS,
+        frames=frames,
+        counted={name: study.sequences[name].frames is not None for name in frames},
+        results=tuple(results),
+        verdict=verdict_of(results),
+        left_out=tuple(left_out),
+    )
+
+
+def _read_runs(
+    name: str,
+    method: str,
+    sequence: SequenceRuns,
+    truth: SpatialTrajectory,
+    alignment: Alignment,
+    settings: Settings,
+    left_out: list[LeftOutRun],
+) -> list[AlignedRun]:
+    runs = []
+    for file in sequence.runs[method]:
+        try:
+            read = read_trajectory_file(file, _path(sequence.times))
+            matched, estimate = associate_trajectories(truth, read.trajectory, settings.max_difference_ns)
+            similarity = align(estimate, matched, alignment)
+        except TrajectoryError as error:
+            reason = str(error) if file.partition(":")[0] in str(error) else f"{file}: {error}"
+            left_out.append(LeftOutRun(sequence=name, method=method, file=file, reason=reason))
+            continue
+        runs.append(
+            AlignedRun(similarity.apply(estimate), estimate, matched, similarity.scale, len(read.trajectory), file,
+                 read.notes, read.trajectory.stamps)
+        )  # fmt: skip
+    return runs
+
+
+def _method_result(
+    sequence: str,
+    method: str,
+    alignment: Alignment,
+    runs: Sequence[AlignedRun],
+    frames: int,
+    truth: SpatialTrajectory,
+    settings: Settings,
+) -> MethodResult:
+    table = common_frames([run.aligned.stamps for run in runs])
+    common, shared = common_set(runs, table), shared_set(runs, table)
+    frame_set = common_set if common.share >= FEW_FRAMES else shared_set
+    position, orientation = accuracy_over_precision(runs, table, frame_set)
+    return MethodResult(
+        sequence=sequence,
+        method=method,
+        alignment=alignment,
+        runs=tuple(_run_result(run, frames, truth, settings) for run in runs),
+        common=common,
+        shared=shared,
+        position=position,
+        orientation=orientation,
+        published=published_precision(runs, table) if settings.upstream_compat and len(runs) > 2 else None,
+    )
+
+
+def _run_result(run: AlignedRun, frames: int, truth: SpatialTrajectory, settings: Settings) -> RunResult:
+    errors = absolute_errors(run.truth, run.aligned)
+    duration = truth.stamps[-1] - truth.stamps[0]
+    covered = run.aligned.stamps[-1] - run.aligned.stamps[0]
+    rpe, notes = None, run.notes
+    if settings.rpe is not None:
+        try:
+            chosen = pairs(run.aligned, *settings.rpe)
+            relative = relative_errors(run.truth, run.aligned, chosen)
+            rpe = RelativeErrors(
+                delta=f"{settings.rpe[0]:g} {settings.rpe[1]}",
+                pairs=len(chosen.first),
+                translation_m=_statistics(relative.translation),
+                rotation_rad=_statistics(relative.rotation),
+            )
+        except TrajectoryError as error:
+            notes += (str(error),)
+    return RunResult(
+        file=run.file,
+        poses=run.poses,
+        associated=len(run.aligned),
+        completeness=run.poses / frames,
+        time_covered=float(min(covered / duration, 1.0)) if duration > 0 else 1.0,
+        scale=run.scale,
+        ate_m=_statistics(errors.translation),
+        rotation_rad=_statistics(errors.rotation),
+        rpe=rpe,
+        notes=notes,
+    )
+
+
+def _statistics(errors: FloatArray) -> ErrorStatistics:
+    return ErrorStatistics(**asdict(Statistics.of(errors)))
+
+
+def _path(name: str | None) -> Path | None:
+    return None if name is None else Path(name)

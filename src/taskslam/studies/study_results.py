@@ -1,0 +1,227 @@
+"""What an open-loop study found, as numbers: open_loop.json, and tables for spreadsheets. Undefined is null.
+
+Lengths are metres, angles radians. Field by field in docs/trajectories.md.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from taskslam.evaluation.trajectory_alignment import Alignment
+from taskslam.files import write_whole
+from taskslam.studies.study import TaskUnits
+
+FEW_FRAMES = 0.1  # of all frames that any run of the method has
+
+OPEN_LOOP_FORMAT: Literal["taskslam-open-loop/1"] = "taskslam-open-loop/1"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ErrorStatistics(_Part):
+    """Of one kind of error over the poses of a run."""
+
+    rmse: float
+    mean: float
+    median: float
+    std: float
+    min: float
+    max: float
+
+
+class RelativeErrors(_Part):
+    """RPE over `delta` (such as `1 m`), consecutive pairs."""
+
+    delta: str
+    pairs: int
+    translation_m: ErrorStatistics
+    rotation_rad: ErrorStatistics
+
+
+class RunResult(_Part):
+    """One run against the ground truth, after alignment (scale: of Sim(3), else 1).
+
+    associated: poses that have one of the ground truth; completeness: poses over frames of the sequence; time_covered:
+    from first to last associated pose, as a share of the ground truth's time.
+    """
+
+    file: str
+    poses: int
+    associated: int
+    completeness: float
+    time_covered: float
+    scale: float
+    ate_m: ErrorStatistics
+    rotation_rad: ErrorStatistics
+    rpe: RelativeErrors | None = None
+    notes: tuple[str, ...] = ()
+
+
+class FrameSet(_Part):
+    """Precision and accuracy over a set of frames: means over frames of means over runs.
+
+    frames: how many; share: of all frames that any run has; runs: mean number of runs a frame has; precision_m is E of
+    as many runs as there are, precision_unbiased_m that of ever more (E over sqrt(1 - 1/R), frame by frame); precise:
+    share of frames whose unbiased E is smaller than e.
+    """
+
+    frames: int
+    share: float
+    runs: float
+    precision_m: float | None
+    precision_unbiased_m: float | None
+    accuracy_m: float | None
+    precision_rad: float | None
+    accuracy_rad: float | None
+    precise: float | None
+
+
+class PublishedPrecision(_Part):
+    """What the published code makes of the same frames, its first run discarded (protocol 5.8, 5.9 h, i).
+
+    lever_arm: aligned runs, but the lever arm in the formula; own_frames: the runs as they stand besides, not aligned.
+    """
+
+    lever_arm_m: float
+    own_frames_m: float
+    orientation_rad: float
+
+
+class Ratio(_Part):
+    """Accuracy over precision, the latter corrected for the number of runs; above 1 precision is the better.
+
+    low, high: 95 % interval by the jackknife over runs (each left out in turn), of the logarithm; null below four runs.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+
+
+class MethodResult(_Part):
+    """One method on one sequence. common: frames that all runs have; shared: frames that at least two runs have.
+
+    position, orientation: e over E and delta over Delta on `compared_frames`.
+    """
+
+    sequence: str
+    method: str
+    alignment: Alignment
+    runs: tuple[RunResult, ...]
+    common: FrameSet
+    shared: FrameSet
+    position: Ratio | None
+    orientation: Ratio | None
+    published: PublishedPrecision | None = None
+
+    @property
+    def compared_frames(self) -> FrameSet:
+        """The frames that the figure and the verdict take: those of all runs, or of two or more if those are few.
+
+        A method that answers for keyframes alone chooses others in every run, so that hardly one is in all of them.
+        """
+        return self.common if self.common.share >= FEW_FRAMES else self.shared
+
+
+class LeftOutRun(_Part):
+    """What could not be evaluated, and why."""
+
+    sequence: str
+    method: str | None
+    file: str
+    reason: str
+
+
+class Beaten(_Part):
+    """On how many results accuracy is larger than precision; how many of them clearly (interval above 1); by how much.
+
+    ratio: the median of `Ratio.value`.
+    """
+
+    results: int
+    clearly: int
+    ratio: float | None
+
+
+class Verdict(_Part):
+    """Whether precision beats accuracy, over the results that have both.
+
+    Errors that are independent from run to run would make the ratios 1, whatever their size; a bias that all runs share
+    raises them.
+    """
+
+    compared: int
+    position: Beaten
+    orientation: Beaten
+
+
+class OpenLoopResults(_Part):
+    """The content of open_loop.json. frames: of each sequence; counted: said by the study, not seen in the runs."""
+
+    format: Literal["taskslam-open-loop/1"] = OPEN_LOOP_FORMAT
+    units: TaskUnits
+    max_difference_s: float
+    frames: dict[str, int]
+    counted: dict[str, bool]
+    results: tuple[MethodResult, ...]
+    verdict: Verdict
+    left_out: tuple[LeftOutRun, ...] = ()
+
+
+def write_results(folder: Path, results: OpenLoopResults) -> list[Path]:
+    """Write open_loop.json, sequences.csv and runs.csv; returns their paths. Raises DiskFullError."""
+    contents = {
+        "open_loop.json": results.model_dump_json(indent=2) + "\n",
+        "sequences.csv": _table([_sequence_row(result, results.units) for result in results.results]),
+        "runs.csv": _table([_run_row(result, run) for result in results.results for run in result.runs]),
+    }
+    for name, text in contents.items():
+        write_whole(folder / name, text)
+    return [folder / name for name in contents]
+
+
+def _sequence_row(result: MethodResult, units: TaskUnits) -> dict[str, object]:
+    row: dict[str, object] = {
+        "sequence": result.sequence, "method": result.method, "alignment": result.alignment.value,
+        "runs": len(result.runs),
+    }  # fmt: skip
+    for name, ratio in (("position", result.position), ("orientation", result.orientation)):
+        row |= {f"{name}_ratio": ratio and ratio.value, f"{name}_ratio_low": ratio and ratio.low}
+    for name, frames in (("common", result.common), ("shared", result.shared)):
+        row |= {f"{name}_{key}": value for key, value in frames.model_dump().items()}
+    for name, value in (("precision", result.common.precision_m), ("accuracy", result.common.accuracy_m)):
+        row[f"common_{name}_D"] = None if value is None else value / units.robot_diameter
+    for name, value in (("precision", result.common.precision_rad), ("accuracy", result.common.accuracy_rad)):
+        row[f"common_{name}_FoV"] = None if value is None else math.degrees(value) / units.field_of_view
+    if result.published is not None:
+        row |= {f"published_{key}": value for key, value in result.published.model_dump().items()}
+    return row
+
+
+def _run_row(result: MethodResult, run: RunResult) -> dict[str, object]:
+    row: dict[str, object] = {"sequence": result.sequence, "method": result.method, "alignment": result.alignment.value}
+    row |= run.model_dump(include={"file", "poses", "associated", "completeness", "time_covered", "scale"})
+    row |= {f"ate_{name}_m": value for name, value in run.ate_m.model_dump().items()}
+    row |= {f"rotation_{name}_rad": value for name, value in run.rotation_rad.model_dump().items()}
+    if run.rpe is not None:
+        row |= {"rpe_delta": run.rpe.delta, "rpe_pairs": run.rpe.pairs, "rpe_rmse_m": run.rpe.translation_m.rmse,
+                "rpe_rmse_rad": run.rpe.rotation_rad.rmse}  # fmt: skip
+    return row | {"notes": "; ".join(run.notes)}
+
+
+def _table(rows: list[dict[str, object]]) -> str:
+    """CSV with a header; empty cells are undefined."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows for name in row)), lineterminator="\n")
+    if rows:
+        writer.writeheader()
+        writer.writerows(rows)
+    return text.getvalue()

@@ -1,0 +1,117 @@
+import shutil
+
+import pytest
+
+from taskslam.errors import TrajectoryError
+from taskslam.evaluation.trajectory_alignment import Alignment
+from taskslam.studies.study import load_study
+
+
+def touch(folder, *names):
+    for name in names:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("0 0 0 0 0 0 0 1\n")
+
+
+def runs(study, sequence):
+    return {
+        method: [file.rpartition("/")[2] for file in files] for method, files in study.sequences[sequence].runs.items()
+    }
+
+
+def test_a_folder_of_sequences_names_methods_by_what_stands_before_the_number(tmp_path):
+    touch(
+        tmp_path, "MH_01/groundtruth.tum", *(f"MH_01/vins_mono_run{n}.tum" for n in (0, 2, 10)), "MH_01/orb_slam3.txt"
+    )
+    touch(tmp_path, "MH_02/groundtruth.csv", "MH_02/msckf/a.tum", "MH_02/msckf/b.tum", "MH_02/notes.md")
+    touch(tmp_path, "MH_03/groundtruth.tum", "other/run0.tum")
+    study = load_study(str(tmp_path))
+    assert list(study.sequences) == ["MH_01", "MH_02"]
+    assert runs(study, "MH_01") == {
+        "orb_slam3": ["orb_slam3.txt"],
+        "vins_mono": ["vins_mono_run0.tum", "vins_mono_run10.tum", "vins_mono_run2.tum"],
+    }
+    assert runs(study, "MH_02") == {"msckf": ["a.tum", "b.tum"]}
+
+
+def test_a_folder_may_be_one_sequence(tmp_path):
+    touch(tmp_path, "groundtruth.tum", "karto_1.tum", "karto_2.tum")
+    assert runs(load_study(str(tmp_path)), tmp_path.name) == {"karto": ["karto_1.tum", "karto_2.tum"]}
+
+
+def test_files_are_grouped_in_the_same_way(tmp_path):
+    touch(tmp_path, "MH_04/gt.tum", "a/run0.tum", "a/run1.tum", "b/round00/estimate.tum", "b/round01/estimate.tum")
+    files = [str(tmp_path / name) for name in ("a/run0.tum", "a/run1.tum", "b")]
+    study = load_study(str(tmp_path / "MH_04/gt.tum"), files)
+    assert runs(study, "MH_04") == {"a": ["run0.tum", "run1.tum"], "b": ["estimate.tum", "estimate.tum"]}
+    files[2:] = [str(tmp_path / f"b/round0{n}/estimate.tum") for n in (0, 1)]
+    assert load_study(str(tmp_path / "MH_04/gt.tum"), files).sequences == study.sequences
+
+
+def test_topics_of_the_bag_that_holds_the_ground_truth_are_methods():
+    study = load_study("drive.bag:/gt", ["drive.bag:/odom", "drive.bag:/slam", "other.bag:/slam"])
+    assert study.sequences["drive"].runs == {
+        "odom": ("drive.bag:/odom",),
+        "slam": ("drive.bag:/slam",),
+        "other": ("other.bag:/slam",),
+    }
+
+
+def test_a_yaml_file_says_what_a_folder_cannot(tmp_path):
+    touch(tmp_path, "MH_01/gt.tum", "MH_01/vins_2.tum", "MH_01/vins_10.tum")
+    (tmp_path / "study.yaml").write_text(
+        """
+        sequences:
+          first:
+            groundtruth: MH_01/gt.tum
+            frames: 3682
+            runs:
+              vins: MH_01/vins_*.tum
+              lost: [MH_01/nowhere.tum]
+        methods: {vins: {align: yaw}}
+        units: {robot_diameter: 0.4}
+        """
+    )
+    study = load_study(str(tmp_path / "study.yaml"))
+    assert runs(study, "first") == {"vins": ["vins_2.tum", "vins_10.tum"], "lost": ["nowhere.tum"]}
+    assert study.sequences["first"].frames == 3682
+    assert study.alignment("vins", Alignment.SE3) is Alignment.YAW
+    assert study.alignment("lost", Alignment.SE3) is Alignment.SE3
+    assert (study.units.robot_diameter, study.units.field_of_view) == (0.4, 70.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "empty; expected the keys sequences"),
+        ("sequences: {}", "at least 1 item"),
+        ("sequences: {a: {groundtruth: x.tum, runs: {m: 5}}}", r"sequences\.a\.runs\.m"),
+        ("sequences: {a: {groundtruth: x.tum, runs: {m: '*.nope'}}}", r"a, m: no file matches \*\.nope"),
+        ("sequences: {a: {groundtruth: x.tum, runs: {m: '/**x'}}}", "a, m"),
+        ("sequences: {a: {groundtruth: x.tum, run: {}}}", r"unknown key 'sequences\.a\.run'.*Did you mean 'runs'"),
+        ("sequences: {}\nmethods: {m: {align: diagonal}}", "at least 1 item"),
+        ("sequences: {a: {groundtruth: x, runs: {}}}\nmethods: {m: {align: up}}", r"methods\.m\.align: .*'up'"),
+        ("a: [", "not valid YAML"),
+        ("&a [*a]", "refers to what holds it"),
+        ("[" * 3000, "not valid YAML"),
+        ("\x00", "not valid YAML"),
+    ],
+)
+def test_a_wrong_yaml_file_is_one_sentence(tmp_path, content, message):
+    (tmp_path / "study.yaml").write_text(content)
+    with pytest.raises(TrajectoryError, match=rf"study\.yaml: .*({message})") as caught:
+        load_study(str(tmp_path / "study.yaml"))
+    assert "\n" not in str(caught.value)
+
+
+def test_nothing_to_compare_is_said(tmp_path):
+    touch(tmp_path, "groundtruth.tum")
+    for source, message in ((tmp_path, "no sequence"), (tmp_path / "groundtruth.tum", "one argument alone is a study")):
+        with pytest.raises(TrajectoryError, match=message):
+            load_study(str(source))
+    shutil.rmtree(tmp_path)
+    with pytest.raises(TrajectoryError, match="one argument alone is a study"):
+        load_study(str(tmp_path))
+    with pytest.raises(TrajectoryError, match="cannot read the study"):
+        load_study(str(tmp_path / "study.yaml"))
