@@ -22,7 +22,6 @@ import matplotlib as mpl
 import numpy as np
 
 from common import aws_world, machine_line
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.cli.options import parse_options
@@ -34,6 +33,7 @@ from taskslam.report.markers import method_styles
 from taskslam.report.palette import HAIRLINE, INK, MUTED
 from taskslam.scenario import load_scenario
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
+from taskslam.task import Mode
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt

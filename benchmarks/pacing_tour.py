@@ -21,7 +21,6 @@ import numpy as np
 from scipy.stats import permutation_test, ttest_ind
 
 from common import machine_line
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import StereoImages
@@ -30,6 +29,7 @@ from taskslam.record import Arrival, RoundEnded, load_run
 from taskslam.scenario import load_scenario
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.camera import StereoCameraSensor
+from taskslam.task import Mode
 
 
 @dataclass

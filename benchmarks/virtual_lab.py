@@ -23,7 +23,6 @@ import numpy.typing as npt
 import yaml
 
 from common import machine_line
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import set_stage
 from taskslam.errors import InputError
@@ -38,6 +37,7 @@ from taskslam.realworld.setup_file import InsideOutSetup, OutsideInSetup, load_s
 from taskslam.record import Arrival, RunRecord, find_runs, load_run
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
+from taskslam.task import Mode
 from taskslam.world import World
 
 _PERFECT = Photo(rate=1.0, before=6.0, after=0.0, shutter=0.0, softness=0.5, noise=0.0, quality=None, dropped=0.0)

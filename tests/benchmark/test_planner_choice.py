@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.errors import PlannerError, RecordError
@@ -12,6 +11,7 @@ from taskslam.evaluation import evaluate_runs
 from taskslam.observer import Observer
 from taskslam.record import Arrival, GoalFailed, load_run
 from taskslam.scenario import load_scenario
+from taskslam.task import Mode
 
 REQUEST = RunRequest("ground_truth", Mode.WITHOUT_MAP)
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from taskslam.benchmark.export import ExportRequest, Format, export
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.replay import ReplayRequest, replay
 from taskslam.datasets.opening import open_dataset
 from taskslam.errors import DatasetError, InputError, RecordError
@@ -18,6 +17,7 @@ from taskslam.measurements import Sensor
 from taskslam.record import MethodNotice, RoundEnded, RunRecord, load_run
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.studies.study import load_study
+from taskslam.task import Mode
 
 SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY})
 SECONDS = 6.0

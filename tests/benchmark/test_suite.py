@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.suite import Ending, Job, Result, Watcher, load_suite, plan, run_suite
 from taskslam.errors import InputError, UnknownMethodError
 from taskslam.record import load_run
+from taskslam.task import Mode
 
 SCENARIO = """
 name: {name}

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
@@ -19,6 +18,7 @@ from taskslam.record import RunRecord, load_run
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import Simulator
+from taskslam.task import Mode
 from taskslam.world import World
 from taskslam.world.slicing import slice_floor_plan
 

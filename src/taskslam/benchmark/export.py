@@ -14,7 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Protocol
 
-from taskslam.benchmark.protocol import Mode, Tour, drive_tour
+from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.run import RunRequest, build_simulator, record_tour
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
@@ -27,9 +27,9 @@ from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
 from taskslam.record.run_directory import partial_folder
 from taskslam.robot import SensorRig
-from taskslam.scenario import Sequence
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.guest.latency import LatencyModel
+from taskslam.task import Mode, Sequence
 
 DRIVE = "drive"
 

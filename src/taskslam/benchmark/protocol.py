@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
 
 from taskslam.benchmark.loop import ClosedLoop, Poses
 from taskslam.benchmark.platform import Platform
@@ -19,16 +18,10 @@ from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, GoalStarted, RoundEnded, RoundStarted, RunEnded
 from taskslam.record.run_directory import RunWriter
-from taskslam.scenario import OnFailure, Scenario
+from taskslam.scenario import Scenario
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import MethodHost
-
-
-class Mode(StrEnum):
-    """Whether rounds share a map."""
-
-    WITHOUT_MAP = "without-map"
-    WITH_MAP = "with-map"
+from taskslam.task import Mode, OnFailure
 
 
 @dataclass

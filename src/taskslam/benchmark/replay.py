@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 from taskslam.benchmark.playback import LINGER, Beginning, Played, check_sensors, find_beginning, play
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import finished_run, latency_words, machine, versions
 from taskslam.datasets.dataset import Dataset
 from taskslam.errors import InputError
@@ -33,6 +32,7 @@ from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.slam.registry import load_method
+from taskslam.task import Mode
 
 
 @dataclass(frozen=True)

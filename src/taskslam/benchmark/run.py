@@ -16,7 +16,7 @@ from typing import Any
 
 from taskslam import __version__
 from taskslam.benchmark.platform import Platform
-from taskslam.benchmark.protocol import Mode, Tour, drive_tour
+from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
 from taskslam.measurements import NANOSECONDS, Sensor
@@ -34,6 +34,7 @@ from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import load_method
+from taskslam.task import Mode
 from taskslam.world.map_server import save_floor_plan
 
 _RETRIES = 2  # infrastructure failures are retried and never counted against a method (design D6)

@@ -18,12 +18,12 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from taskslam.benchmark.protocol import Mode
 from taskslam.benchmark.run import RunRequest, finished_tour, run_directory
 from taskslam.errors import InputError, MethodUnavailableError, RecordError, did_you_mean
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
 from taskslam.slam.registry import load_method
+from taskslam.task import Mode
 from taskslam.user_files import Shipped
 
 

@@ -57,7 +57,6 @@ def replay(
 
         taskslam replay robot.bag -m karto --topic wheel_odometry=/odom --mount laser=0.1,0,0.2,0,0,0
     """
-    from taskslam.benchmark.protocol import Mode
     from taskslam.benchmark.replay import ReplayRequest
     from taskslam.benchmark.replay import replay as feed
     from taskslam.cli.progress import progress
@@ -65,6 +64,7 @@ def replay(
     from taskslam.robot import load_robot
     from taskslam.slam.guest.latency import LatencyMode, LatencyModel
     from taskslam.slam.registry import load_method
+    from taskslam.task import Mode
 
     options = parse_options(option or [])
     rig = load_robot(robot) if robot else None

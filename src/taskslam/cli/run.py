@@ -11,7 +11,7 @@ import typer
 from taskslam.cli.options import parse_options
 
 if TYPE_CHECKING:
-    from taskslam.benchmark.protocol import Mode
+    from taskslam.task import Mode
 
 
 class ModeChoice(StrEnum):
@@ -89,8 +89,8 @@ def demo(
     Example:
         taskslam demo --out demo
     """
-    from taskslam.benchmark.protocol import Mode
     from taskslam.benchmark.run import RunRequest
+    from taskslam.task import Mode
 
     requests = [
         RunRequest("karto", Mode.WITHOUT_MAP),
@@ -102,7 +102,7 @@ def demo(
 
 
 def _modes(choice: ModeChoice) -> list[Mode]:
-    from taskslam.benchmark.protocol import Mode
+    from taskslam.task import Mode
 
     return list(Mode) if choice is ModeChoice.BOTH else [Mode(choice.value)]
 

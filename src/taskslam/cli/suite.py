@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from taskslam.benchmark.protocol import Mode
     from taskslam.benchmark.suite import Result
+    from taskslam.task import Mode
 
 
 def suite(
@@ -72,8 +72,8 @@ def _words(text: str) -> list[str]:
 
 
 def _mode(word: str) -> Mode:
-    from taskslam.benchmark.protocol import Mode
     from taskslam.errors import InputError
+    from taskslam.task import Mode
 
     if word not in list(Mode):
         raise InputError(f"--modes {word}: expected {' or '.join(Mode)}")

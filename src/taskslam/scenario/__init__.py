@@ -4,23 +4,13 @@ from taskslam.scenario.checks import check_scenario
 from taskslam.scenario.loading import load_scenario, shipped_scenarios
 from taskslam.scenario.scenario import (
     FloorPlanSource,
-    OnFailure,
-    Protocol,
     Scenario,
-    Sequence,
-    TaskUnits,
-    Waypoint,
     WorldSource,
 )
 
 __all__ = [
     "FloorPlanSource",
-    "OnFailure",
-    "Protocol",
     "Scenario",
-    "Sequence",
-    "TaskUnits",
-    "Waypoint",
     "WorldSource",
     "check_scenario",
     "load_scenario",

@@ -8,7 +8,8 @@ from scipy import ndimage
 
 from taskslam.errors import FloorPlanError, ScenarioError
 from taskslam.robot import Robot
-from taskslam.scenario.scenario import Scenario, Waypoint
+from taskslam.scenario.scenario import Scenario
+from taskslam.task import Waypoint
 from taskslam.world import FloorPlan, World
 from taskslam.world.floor_plan import OCCUPIED
 from taskslam.world.slicing import slab_polygons

@@ -1,0 +1,98 @@
+"""What is asked of the robot, whatever drives it: waypoints and their order, rounds and rules, units, and the mode.
+
+The words are the paper's: waypoint, sequence, round, task-driven units (D, FoV).
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from taskslam.geometry import SE2
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Part(BaseModel):
+    """A part of what people describe: frozen, and no key but its own."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Waypoint(Part):
+    """A pose in `map`: metres and radians; theta may lie outside (-pi, pi], as in the published tables."""
+
+    x: Finite
+    y: Finite
+    theta: Finite
+
+    @property
+    def pose(self) -> SE2:
+        """As a pose."""
+        return SE2(self.x, self.y, self.theta)
+
+
+class Sequence(Part):
+    """Waypoints and the order of the visit.
+
+    The first entry of `path` is the start and not a goal (protocol 1.1); without a path every waypoint is a goal, in
+    the order of the table. Instead of the two tables, the published files `waypoints.txt` and `path*.txt` may be named.
+    """
+
+    waypoints: tuple[Waypoint, ...] = ()
+    path: tuple[int, ...] | None = None
+    waypoints_file: str | None = None
+    path_file: str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rows_as_lists(cls, raw: object) -> object:
+        """Let a waypoint be written `[x, y, theta]`, as a table row."""
+        if isinstance(raw, dict) and isinstance(raw.get("waypoints"), list):
+            rows = [
+                dict(zip(("x", "y", "theta"), row, strict=True)) if isinstance(row, list) and len(row) == 3 else row
+                for row in raw["waypoints"]
+            ]
+            return {**raw, "waypoints": rows}
+        return raw
+
+    @property
+    def goals(self) -> tuple[Waypoint, ...]:
+        """The goals in visiting order; a goal's index in results is its place here."""
+        if self.path is None:
+            return self.waypoints
+        return tuple(self.waypoints[row] for row in self.path[1:])
+
+
+class Mode(StrEnum):
+    """Whether rounds share a map."""
+
+    WITHOUT_MAP = "without-map"
+    WITH_MAP = "with-map"
+
+
+class TaskUnits(Part):
+    """The paper's task-driven units: robot diameter D (m) and horizontal field of view FoV (degrees)."""
+
+    robot_diameter: Positive = 0.30
+    field_of_view: Positive = 80.0
+
+
+class OnFailure(StrEnum):
+    """What a failed goal does: end the round (the paper), or be skipped."""
+
+    ABORT = "abort"
+    SKIP = "skip"
+
+
+class Protocol(Part):
+    """Rounds, pause and failure rule (paper, Sec. III; protocol 1.7). pause: s at each waypoint before the record."""
+
+    rounds: Annotated[int, Field(ge=1, le=1000)] = 5
+    pause: Annotated[float, Field(ge=0, le=600)] = 5.0
+    on_failure: OnFailure = OnFailure.ABORT
+    goal_timeout: Positive | None = None
+    still_start: Annotated[float, Field(ge=0, le=60)] = 1.0
