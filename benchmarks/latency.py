@@ -27,13 +27,13 @@ from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.cli.options import parse_options
 from taskslam.errors import MethodUnavailableError
 from taskslam.evaluation.run_metrics import run_metrics
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.record import load_run
 from taskslam.report.markers import method_styles
 from taskslam.report.palette import HAIRLINE, INK, MUTED
 from taskslam.scenario import load_scenario
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
-from taskslam.task import Mode
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt

@@ -24,12 +24,12 @@ from common import machine_line
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import StereoImages
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.record import Arrival, RoundEnded, load_run
 from taskslam.scenario import load_scenario
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.camera import StereoCameraSensor
-from taskslam.task import Mode
 
 
 @dataclass

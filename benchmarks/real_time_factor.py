@@ -20,12 +20,12 @@ from common import aws_world, machine_line, pin_to_one_core
 from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import Sensor
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.processes.memory import own_peak_memory
 from taskslam.record.run_directory import load_run
 from taskslam.scenario import load_scenario
 from taskslam.slam.methods.ground_truth import GroundTruth
-from taskslam.task import Mode
 
 
 class Planar(GroundTruth):

@@ -31,13 +31,13 @@ from taskslam.geometry import FloatArray
 from taskslam.lab.folder import INSIDE_OUT, OUTSIDE_IN
 from taskslam.lab.lab_file import Lab, LabOverheadCamera, Photo, Unevenness, load_lab
 from taskslam.lab.virtual_lab import photograph
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.realworld.measure import measure_inside_out, measure_outside_in
 from taskslam.realworld.setup_file import InsideOutSetup, OutsideInSetup, load_setup
 from taskslam.record import Arrival, RunRecord, find_runs, load_run
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
-from taskslam.task import Mode
 from taskslam.world import World
 
 _PERFECT = Photo(rate=1.0, before=6.0, after=0.0, shutter=0.0, softness=0.5, noise=0.0, quality=None, dropped=0.0)

@@ -11,6 +11,10 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from taskslam.geometry import SE2
+from taskslam.mode import Mode as Mode
+
+BUILTIN_PLANNER = "teb"
+"""The local planner of a scenario that names none, and of all runs before there was a choice."""
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -59,19 +63,21 @@ class Sequence(Part):
             return {**raw, "waypoints": rows}
         return raw
 
+    @model_validator(mode="after")
+    def _path_within_the_table(self) -> Sequence:
+        for place, row in enumerate(self.path or ()):
+            if not 0 <= row < len(self.waypoints):
+                raise ValueError(
+                    f"path[{place}] is {row}, but the waypoint table has rows 0 to {len(self.waypoints) - 1}"
+                )
+        return self
+
     @property
     def goals(self) -> tuple[Waypoint, ...]:
         """The goals in visiting order; a goal's index in results is its place here."""
         if self.path is None:
             return self.waypoints
         return tuple(self.waypoints[row] for row in self.path[1:])
-
-
-class Mode(StrEnum):
-    """Whether rounds share a map."""
-
-    WITHOUT_MAP = "without-map"
-    WITH_MAP = "with-map"
 
 
 class TaskUnits(Part):
@@ -96,3 +102,24 @@ class Protocol(Part):
     on_failure: OnFailure = OnFailure.ABORT
     goal_timeout: Positive | None = None
     still_start: Annotated[float, Field(ge=0, le=60)] = 1.0
+
+
+class Task(BaseModel):
+    """What every robot can be asked, in any world: what the record and the evaluation need to know of a scenario.
+
+    Of a scenario's other keys it knows nothing and passes them over. start, sequence: None in a replay, which is driven
+    to no goals, and start where it is not known.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    title: str = ""
+    start: Waypoint | None = None
+    sequence: Sequence | None = None
+    units: TaskUnits = TaskUnits()
+    protocol: Protocol = Protocol()
+
+    @property
+    def goals(self) -> tuple[SE2, ...]:
+        """Every goal in visiting order, in `map`."""
+        return () if self.sequence is None else tuple(waypoint.pose for waypoint in self.sequence.goals)

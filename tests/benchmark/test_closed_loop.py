@@ -15,6 +15,7 @@ from taskslam.errors import RecordError
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
+from taskslam.mode import Mode
 from taskslam.navigation.navigator import Navigator
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
@@ -23,7 +24,6 @@ from taskslam.record.run_directory import RunRecord, RunWriter, load_run
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.guest.latency import LatencyModel
-from taskslam.task import Mode
 
 
 def drive(stage: Stage, out: Path, method: str, mode: Mode = Mode.WITHOUT_MAP, seed: int = 0) -> RunRecord:
@@ -73,7 +73,7 @@ def test_without_map_every_round_starts_anew_and_with_map_only_the_priming_one(
 def test_the_same_seed_writes_the_same_journal_whatever_the_hash_seed_and_threads(tmp_path: Path) -> None:
     script = (
         "import sys; from pathlib import Path; from taskslam.benchmark.run import RunRequest, run;"
-        "from taskslam.task import Mode; from taskslam.benchmark.stage import set_stage;"
+        "from taskslam.mode import Mode; from taskslam.benchmark.stage import set_stage;"
         "from taskslam.observer import Observer; from taskslam.scenario import load_scenario;"
         "s = load_scenario('house', ['protocol.rounds=1', 'protocol.pause=0.5',"
         " 'sequence.path=[0, 0, 1]']);"

@@ -8,10 +8,10 @@ from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.errors import PlannerError, RecordError
 from taskslam.evaluation import evaluate_runs
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.record import Arrival, GoalFailed, load_run
 from taskslam.scenario import load_scenario
-from taskslam.task import Mode
 
 REQUEST = RunRequest("ground_truth", Mode.WITHOUT_MAP)
 

@@ -14,10 +14,10 @@ from taskslam.datasets.opening import open_dataset
 from taskslam.errors import DatasetError, InputError, RecordError
 from taskslam.evaluation import evaluate_runs
 from taskslam.measurements import Sensor
+from taskslam.mode import Mode
 from taskslam.record import MethodNotice, RoundEnded, RunRecord, load_run
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.studies.study import load_study
-from taskslam.task import Mode
 
 SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY})
 SECONDS = 6.0

@@ -11,8 +11,8 @@ import pytest
 
 from taskslam.benchmark.suite import Ending, Job, Result, Watcher, load_suite, plan, run_suite
 from taskslam.errors import InputError, UnknownMethodError
+from taskslam.mode import Mode
 from taskslam.record import load_run
-from taskslam.task import Mode
 
 SCENARIO = """
 name: {name}

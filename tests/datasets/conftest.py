@@ -14,11 +14,11 @@ from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
+from taskslam.mode import Mode
 from taskslam.record import RunRecord, load_run
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import Simulator
-from taskslam.task import Mode
 from taskslam.world import World
 from taskslam.world.slicing import slice_floor_plan
 

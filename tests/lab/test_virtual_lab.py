@@ -17,6 +17,7 @@ from taskslam.lab.lab_file import Lab, load_lab, shipped_labs
 from taskslam.lab.tour import relive
 from taskslam.lab.virtual_lab import outside_in, photograph, scenario_of
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.record import (
     Arrival,
     RunRecord,
@@ -106,7 +107,7 @@ def test_the_logs_have_the_published_form(folder: Path, run: RunRecord, lab: Lab
 
 
 def test_with_map_all_rounds_are_loops_of_one_trial(run: RunRecord, lab: Lab, tmp_path: Path) -> None:
-    with_map = replace(run, manifest=run.manifest.model_copy(update={"mode": "with-map"}))
+    with_map = replace(run, manifest=run.manifest.model_copy(update={"mode": Mode.WITH_MAP}))
     write_logs(relive(with_map, lab.sway.sway, 0), lab, tmp_path)
     assert [folder.name for folder in (tmp_path / "trials").iterdir()] == ["trial0"]
     info = np.loadtxt(tmp_path / "trials" / "trial0" / "visited_waypoints_nav_info.txt")

@@ -136,9 +136,12 @@ def test_a_wrong_manifest_names_the_key(tmp_path, events, manifest):
 @pytest.mark.parametrize(
     ("sequence", "message"),
     [
-        ({"waypoints": [], "path": None}, "sequence.waypoints"),
+        ({"waypoints": [], "path": None}, "holds no goal"),
         ({"waypoints": [{"x": 0, "y": 0, "theta": 0}], "path": [0]}, "holds no goal"),
-        ({"waypoints": [{"x": 0, "y": 0, "theta": 0}], "path": [0, 3]}, "names row 3 of 1 waypoints"),
+        (
+            {"waypoints": [{"x": 0, "y": 0, "theta": 0}], "path": [0, 3]},
+            r"path\[1\] is 3, but the waypoint table has rows 0 to 0",
+        ),
     ],
 )
 def test_a_scenario_without_goals_is_refused(tmp_path, events, manifest, sequence, message):

@@ -82,7 +82,7 @@ def test_overrides_reach_nested_keys(write) -> None:  # type: ignore[no-untyped-
         (("protocol.ruonds=2",), r"unknown key 'protocol\.ruonds'.*Did you mean 'rounds'"),
         (("protocol.rounds=0",), r"protocol\.rounds: .*greater than or equal to 1 \(got 0\)"),
         (("start.x=.nan",), r"start\.x: .*finite"),
-        (("sequence.path=[0, 7]",), r"sequence\.path\[1\] is 7, but the waypoint table has rows 0 to 1"),
+        (("sequence.path=[0, 7]",), r"sequence: path\[1\] is 7, but the waypoint table has rows 0 to 1"),
         (("sequence.path=[0]",), "sequence is empty"),
         (("world.file=a.world",), "either `name`"),
         (("protocol",), r"expected a\.b=value"),
@@ -102,7 +102,9 @@ def test_an_unknown_scenario_is_named_with_a_guess() -> None:
 def test_broken_files_are_named(write, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ScenarioError, match="not valid YAML"):
         load_scenario(write("name: ["))
-    with pytest.raises(ScenarioError, match="not keys with values but a list; expected the keys name, title, world"):
+    with pytest.raises(
+        ScenarioError, match="not keys with values but a list; expected the keys title, start, sequence"
+    ):
         load_scenario(write("- 1"))
     with pytest.raises(ScenarioError, match="cannot read the scenario"):
         load_scenario(tmp_path / "absent.yaml")

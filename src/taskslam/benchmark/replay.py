@@ -23,6 +23,7 @@ from taskslam.benchmark.run import finished_run, latency_words, machine, version
 from taskslam.datasets.dataset import Dataset
 from taskslam.errors import InputError
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.processes.memory import own_peak_memory
@@ -32,7 +33,6 @@ from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.slam.registry import load_method
-from taskslam.task import Mode
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class _Replay:
                 method=request.method,
                 method_card=json.loads(json.dumps(asdict(load_method(request.method).card), default=str)),
                 method_options=dict(request.options),
-                mode=request.mode.value,
+                mode=request.mode,
                 seed=0,
                 rounds=request.rounds,
                 latency=latency_words(request.latency),

@@ -29,12 +29,11 @@ from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import RunWriter, load_run
 from taskslam.robot import Robot, robot_presets
 from taskslam.scenario import Scenario
-from taskslam.scenario.scenario import BUILTIN_PLANNER
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import load_method
-from taskslam.task import Mode
+from taskslam.task import BUILTIN_PLANNER, Mode
 from taskslam.world.map_server import save_floor_plan
 
 _RETRIES = 2  # infrastructure failures are retried and never counted against a method (design D6)
@@ -210,7 +209,7 @@ def manifest_of(
         method=request.method,
         method_card=json.loads(json.dumps(card, default=str)),
         method_options=dict(request.options),
-        mode=request.mode.value,
+        mode=request.mode,
         seed=request.seed,
         rounds=stage.scenario.protocol.rounds,
         latency=latency_words(request.latency),

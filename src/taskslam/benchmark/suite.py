@@ -20,10 +20,10 @@ from pydantic import BaseModel, ConfigDict
 
 from taskslam.benchmark.run import RunRequest, finished_tour, run_directory
 from taskslam.errors import InputError, MethodUnavailableError, RecordError, did_you_mean
+from taskslam.mode import Mode
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
 from taskslam.slam.registry import load_method
-from taskslam.task import Mode
 from taskslam.user_files import Shipped
 
 

@@ -15,10 +15,10 @@ from taskslam.benchmark.run import RunRequest, run
 from taskslam.benchmark.stage import set_stage
 from taskslam.errors import TaskSlamError
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.processes.confine import die_with_parent
 from taskslam.scenario import load_scenario
-from taskslam.task import Mode
 
 _EVERY = 1.0  # s of wall time between two lines of progress
 

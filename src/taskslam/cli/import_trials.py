@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
+
+from taskslam.mode import Mode
 
 
 class ImportMode(StrEnum):
     """How the rounds were driven."""
 
     AUTO = "auto"
-    WITHOUT_MAP = "without-map"
-    WITH_MAP = "with-map"
-
-
-_MODES: dict[ImportMode, Literal["without-map", "with-map"] | None] = {
-    ImportMode.AUTO: None,
-    ImportMode.WITHOUT_MAP: "without-map",
-    ImportMode.WITH_MAP: "with-map",
-}
+    WITHOUT_MAP = Mode.WITHOUT_MAP.value
+    WITH_MAP = Mode.WITH_MAP.value
 
 
 def import_trials(
@@ -43,7 +38,7 @@ def import_trials(
     """
     from taskslam.datasets.trial_import import import_trials as take_in
 
-    result = take_in(folder, out, rounds, _MODES[mode], overwrite)
+    result = take_in(folder, out, rounds, None if mode is ImportMode.AUTO else Mode(mode), overwrite)
     for run in [] if quiet else result.runs:
         typer.echo(f"{run.name}: {run.arrivals} of {run.planned} arrivals, in {run.directory}")
         for what, count in sorted(run.missing.items()):

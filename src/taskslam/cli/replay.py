@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -10,20 +9,14 @@ import typer
 
 from taskslam.cli.options import parse_options
 from taskslam.cli.run import LatencyChoice
-
-
-class ReplayMode(StrEnum):
-    """Whether rounds share a map."""
-
-    WITHOUT_MAP = "without-map"
-    WITH_MAP = "with-map"
+from taskslam.mode import Mode
 
 
 def replay(
     dataset: Annotated[Path, typer.Argument(help="An EuRoC/ASL folder, a ROS 1 bag, a ROS 2 bag or an MCAP.")],
     method: Annotated[list[str], typer.Option("--method", "-m", help="A registered SLAM method; may be repeated.")],
     rounds: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 1,
-    mode: Annotated[ReplayMode, typer.Option(help="With map: a priming round first.")] = ReplayMode.WITHOUT_MAP,
+    mode: Annotated[Mode, typer.Option(help="With map: a priming round first.")] = Mode.WITHOUT_MAP,
     option: Annotated[
         list[str] | None, typer.Option("--option", help="An option of the method: loop_closing=false.")
     ] = None,
@@ -64,7 +57,6 @@ def replay(
     from taskslam.robot import load_robot
     from taskslam.slam.guest.latency import LatencyMode, LatencyModel
     from taskslam.slam.registry import load_method
-    from taskslam.task import Mode
 
     options = parse_options(option or [])
     rig = load_robot(robot) if robot else None

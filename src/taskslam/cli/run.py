@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from taskslam.cli.options import parse_options
-
-if TYPE_CHECKING:
-    from taskslam.task import Mode
+from taskslam.mode import Mode
 
 
 class ModeChoice(StrEnum):
     """Which modes to drive."""
 
-    WITHOUT_MAP = "without-map"
-    WITH_MAP = "with-map"
+    WITHOUT_MAP = Mode.WITHOUT_MAP.value
+    WITH_MAP = Mode.WITH_MAP.value
     BOTH = "both"
 
 
@@ -90,7 +88,6 @@ def demo(
         taskslam demo --out demo
     """
     from taskslam.benchmark.run import RunRequest
-    from taskslam.task import Mode
 
     requests = [
         RunRequest("karto", Mode.WITHOUT_MAP),
@@ -102,9 +99,7 @@ def demo(
 
 
 def _modes(choice: ModeChoice) -> list[Mode]:
-    from taskslam.task import Mode
-
-    return list(Mode) if choice is ModeChoice.BOTH else [Mode(choice.value)]
+    return list(Mode) if choice is ModeChoice.BOTH else [Mode(choice)]
 
 
 def _drive(

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.mode import Mode
+
 if TYPE_CHECKING:
     from taskslam.benchmark.suite import Result
-    from taskslam.task import Mode
 
 
 def suite(
     name: Annotated[str, typer.Argument(help="A shipped suite (paper) or a YAML file.")],
     worlds: Annotated[str, typer.Option(help="Its worlds: builtin, or aws (clone them first).")] = "builtin",
     methods: Annotated[str, typer.Option(help="Comma-separated; default: the suite's.")] = "",
-    modes: Annotated[str, typer.Option(help="Comma-separated: without-map, with-map.")] = "without-map,with-map",
+    modes: Annotated[str, typer.Option(help=f"Comma-separated: {', '.join(Mode)}.")] = ",".join(Mode),
     seeds: Annotated[str, typer.Option(help="Comma-separated.")] = "0",
     rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the suite's.")] = None,
     set_: Annotated[
@@ -73,7 +74,6 @@ def _words(text: str) -> list[str]:
 
 def _mode(word: str) -> Mode:
     from taskslam.errors import InputError
-    from taskslam.task import Mode
 
     if word not in list(Mode):
         raise InputError(f"--modes {word}: expected {' or '.join(Mode)}")

@@ -18,7 +18,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from taskslam.datasets.published_trials import Trial, is_trial, read_goals, read
 from taskslam.errors import DatasetError, RecordError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.outcomes import Outcome
 from taskslam.record import (
     Arrival,
@@ -40,8 +40,7 @@ from taskslam.record import (
     Trajectory,
 )
 
-ModeName: TypeAlias = Literal["without-map", "with-map"]
-_MODE_FOLDERS: dict[str, ModeName] = {"slam": "without-map", "mapping": "without-map", "localization": "with-map"}
+_MODE_FOLDERS = {"slam": Mode.WITHOUT_MAP, "mapping": Mode.WITHOUT_MAP, "localization": Mode.WITH_MAP}
 _NOT_SAID = "not among the visited waypoints; the published files do not say why"
 
 
@@ -65,7 +64,7 @@ class ImportResult:
 
 
 def import_trials(
-    folder: Path, out: Path, rounds: int = 5, mode: ModeName | None = None, overwrite: bool = False
+    folder: Path, out: Path, rounds: int = 5, mode: Mode | None = None, overwrite: bool = False
 ) -> ImportResult:
     """Import all trials at or below `folder` into `out`, as OUT/environment_path/method/mode/seed0.
 
@@ -102,7 +101,7 @@ class _Round:
 
 
 def _import_run(
-    folders: list[Path], group: Path, out: Path, rounds: int, mode: ModeName | None, overwrite: bool
+    folders: list[Path], group: Path, out: Path, rounds: int, mode: Mode | None, overwrite: bool
 ) -> Imported:
     goals = _common_goals(folders)
     trials = [read_trial(folder, goals) for folder in folders]
@@ -110,10 +109,10 @@ def _import_run(
     if len(group.parts) < 4:
         raise DatasetError(f"{group}: expected trials in folders ENVIRONMENT/METHOD/PATH/trial<k>")
     environment, method, path = (_plain(part) for part in group.parts[-3:])
-    mode = mode or _MODE_FOLDERS.get(Path(*group.parts[:-3]).name) or ("with-map" if loops else "without-map")
+    mode = mode or _MODE_FOLDERS.get(Path(*group.parts[:-3]).name) or (Mode.WITH_MAP if loops else Mode.WITHOUT_MAP)
     missing: Counter[str] = Counter()
     chosen = list(
-        _rounds_without_map(trials, rounds, missing) if mode == "without-map" else _loops(trials, rounds, missing)
+        _rounds_without_map(trials, rounds, missing) if mode is Mode.WITHOUT_MAP else _loops(trials, rounds, missing)
     )
     for trial in {id(one.trial): one.trial for one in chosen}.values():
         missing.update(trial.missing)
@@ -177,12 +176,12 @@ def _span(trial: Trial) -> tuple[int, int]:
 
 
 def _write_rounds(
-    record: RunWriter, rounds: list[_Round], goals: FloatArray, mode: ModeName, missing: Counter[str]
+    record: RunWriter, rounds: list[_Round], goals: FloatArray, mode: Mode, missing: Counter[str]
 ) -> tuple[int, int]:
     """All events and trajectories; the arrivals in rounds that count, and the time of the run (ns) at the end."""
     arrivals = now = 0
     for number, one in enumerate(rounds):
-        priming, began = mode == "with-map" and number == 0, now
+        priming, began = mode is Mode.WITH_MAP and number == 0, now
         record.event(RoundStarted(now, number, priming))
         for text, count in sorted(one.trial.missing.items()) if one.loop == 0 else ():
             record.event(MethodNotice(now, number, f"{one.trial.folder.name}: {count} {text}"))

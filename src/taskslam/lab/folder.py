@@ -18,6 +18,7 @@ from taskslam.files import write_whole, writing
 from taskslam.lab.lab_file import Lab
 from taskslam.lab.tour import Tour
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.realworld.cameras.camera_files import save_camera
 
 OVERHEAD, UP, TRIALS, CALIBRATION, TRUTH = "overhead", "up", "trials", "calibration", "truth"
@@ -26,7 +27,7 @@ OUTSIDE_IN, INSIDE_OUT = "outside_in.yaml", "inside_out.yaml"
 
 def trial_of(tour: Tour, round_number: int) -> tuple[int, int]:
     """Trial and loop of a round: without map every round is a trial, with map all are loops of one (protocol 1.6)."""
-    return (0, round_number) if tour.record.manifest.mode == "with-map" else (round_number, 0)
+    return (0, round_number) if tour.record.manifest.mode is Mode.WITH_MAP else (round_number, 0)
 
 
 def trial_folder(out: Path, trial: int) -> Path:
@@ -69,7 +70,7 @@ def write_setups(tour: Tour, lab: Lab, out: Path) -> list[Path]:
     run: dict[str, Any] = {
         "arrivals": [f"{TRIALS}/trial{trial}/visited_waypoints_nav_info.txt" for trial in trials],
         "method": manifest.method,
-        "mode": manifest.mode,
+        "mode": manifest.mode.value,
         "rounds": manifest.rounds,
     }
     common: dict[str, Any] = {

@@ -20,6 +20,7 @@ import numpy as np
 from taskslam.errors import InputError
 from taskslam.geometry import SE2, FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.realworld.setup_file import RunSource, Setup
 from taskslam.record import Arrival, Manifest, RoundStarted, RunRecord, load_run
 from taskslam.record.run_directory import MANIFEST
@@ -107,7 +108,7 @@ def _from_files(paths: Sequence[Path], source: RunSource, setup: Setup) -> Arriv
             raise InputError(f"{path}: holds no arrival; expected at least one")
         first_loop = 0 if path.suffix == ".csv" else (max((visit[1] for visit in visits), default=-1) + 1)
         visits += [(stamp, loop + first_loop, goal) for stamp, loop, goal in found]
-    priming = source.priming if source.priming is not None else source.mode == "with-map"
+    priming = source.priming if source.priming is not None else source.mode is Mode.WITH_MAP
     if all(path.suffix == ".csv" for path in paths):
         priming = any(loop == 0 for _, loop, _ in visits)  # a CSV counts rounds from 1 and calls the priming round 0
         visits = [(stamp, loop - (not priming), goal) for stamp, loop, goal in visits]

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator,
 
 from taskslam.errors import InputError
 from taskslam.geometry import SE2, FloatArray
+from taskslam.mode import Mode
 from taskslam.realworld.tags.tag_family import DEFAULT_FAMILY
 from taskslam.realworld.tags.tag_plane import tag_square
 from taskslam.user_files import read_model
@@ -58,7 +59,7 @@ class RunSource(_Part):
 
     arrivals: tuple[str, ...]
     method: str | None = None
-    mode: Literal["without-map", "with-map"] | None = None
+    mode: Mode | None = None
     rounds: Annotated[int, Field(ge=1, le=1000)] | None = None
     time_zero: Seconds | None = None
     priming: bool | None = None

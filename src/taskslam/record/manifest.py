@@ -6,9 +6,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from taskslam.geometry import SE2
+from taskslam.task import BUILTIN_PLANNER, Mode, Task
+from taskslam.user_files import complaint
 
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
 
@@ -22,37 +24,6 @@ class GoalTolerance(_Part):
 
     position_m: float = Field(default=0.20, gt=0)
     heading_rad: float = Field(default=0.25, gt=0)
-
-
-class _Loose(BaseModel):
-    """The few keys of the scenario that a reader of results needs; the rest is kept as it was."""
-
-    model_config = ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
-
-
-class _Waypoint(_Loose):
-    x: float
-    y: float
-    theta: float
-
-
-class _Sequence(_Loose):
-    waypoints: tuple[_Waypoint, ...] = Field(min_length=1)
-    path: tuple[int, ...] | None = None
-
-
-class _Units(_Loose):
-    robot_diameter: float = Field(default=0.30, gt=0)
-    field_of_view: float = Field(default=80.0, gt=0)
-
-
-class _Scenario(_Loose):
-    title: str = ""
-    start: _Waypoint | None = None
-    sequence: _Sequence | None = None
-    units: _Units = _Units()
-    planner: str = "teb"  # which drove all runs before there was a choice
-    robot: str | None = None
 
 
 class Manifest(_Part):
@@ -80,7 +51,7 @@ class Manifest(_Part):
     method: str
     method_card: dict[str, Any]
     method_options: dict[str, Any] = Field(default_factory=dict)
-    mode: Literal["without-map", "with-map"]
+    mode: Mode
     seed: int
     rounds: int = Field(ge=1)
     latency: str
@@ -100,14 +71,10 @@ class Manifest(_Part):
 
     @model_validator(mode="after")
     def _scenario_holds_a_sequence(self) -> Manifest:
-        sequence = self._view.sequence
-        if sequence is None:
+        if self.task.sequence is None:
             if self.source == "replay":
                 return self
             raise ValueError("scenario.sequence: Field required")
-        for row in sequence.path or ():
-            if not 0 <= row < len(sequence.waypoints):
-                raise ValueError(f"scenario.sequence.path names row {row} of {len(sequence.waypoints)} waypoints")
         if not self.goals:
             raise ValueError("scenario.sequence holds no goal")
         for goal in self.unjudged:
@@ -116,36 +83,33 @@ class Manifest(_Part):
         return self
 
     @cached_property
-    def _view(self) -> _Scenario:
-        return _Scenario.model_validate(self.scenario)
+    def task(self) -> Task:
+        """What was asked of the robot, as far as the scenario says it."""
+        try:
+            return Task.model_validate(self.scenario)
+        except ValidationError as error:
+            raise ValueError(f"scenario.{complaint(error, Task)}") from None
 
     @cached_property
     def goals(self) -> tuple[SE2, ...]:
-        """Every goal of the sequence in visiting order, in `map`; the first entry of a path is the start (1.1).
-
-        None in a replay, which is not driven to goals.
-        """
-        sequence = self._view.sequence
-        if sequence is None:
-            return ()
-        rows = range(len(sequence.waypoints)) if sequence.path is None else sequence.path[1:]
-        return tuple(SE2(at.x, at.y, at.theta) for at in (sequence.waypoints[row] for row in rows))
+        """Every goal of the sequence in visiting order, in `map`; none in a replay, which is not driven to goals."""
+        return self.task.goals
 
     @property
     def start(self) -> SE2 | None:
         """Where the robot starts, in `map`."""
-        start = self._view.start
-        return None if start is None else SE2(start.x, start.y, start.theta)
+        return None if self.task.start is None else self.task.start.pose
 
     @property
     def planner(self) -> str | None:
         """The local planner that drove; None where it is not known, as of a robot that was only measured."""
-        return self._view.planner if self.source == "simulation" or "planner" in self.scenario else None
+        return self.scenario.get("planner", BUILTIN_PLANNER if self.source == "simulation" else None)
 
     @property
     def robot_name(self) -> str | None:
         """The preset's or file's name of the robot, without folder and suffix; None where it is not known."""
-        return Path(self._view.robot).stem if self._view.robot else None
+        robot = self.scenario.get("robot")
+        return Path(robot).stem if isinstance(robot, str) else None
 
     @property
     def is_reference(self) -> bool:
@@ -155,14 +119,14 @@ class Manifest(_Part):
     @property
     def title(self) -> str:
         """The scenario's title, or its name."""
-        return self._view.title or self.scenario_name
+        return self.task.title or self.scenario_name
 
     @property
     def robot_diameter(self) -> float:
         """D in metres, the paper's unit of position (protocol 5.5)."""
-        return self._view.units.robot_diameter
+        return self.task.units.robot_diameter
 
     @property
     def field_of_view(self) -> float:
         """FoV in degrees, the paper's unit of orientation (protocol 5.5)."""
-        return self._view.units.field_of_view
+        return self.task.units.field_of_view

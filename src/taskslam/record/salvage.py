@@ -18,10 +18,12 @@ from pathlib import Path
 
 from taskslam.errors import RecordError
 from taskslam.geometry import wrap_angle
+from taskslam.mode import Mode
 from taskslam.outcomes import Outcome
 from taskslam.record.events import Arrival, Event, GoalFailed, GoalSkipped, GoalStarted, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalLine
 from taskslam.record.manifest import Manifest
+from taskslam.task import OnFailure
 
 Cell = tuple[int, int]
 """Round and goal."""
@@ -68,8 +70,7 @@ def salvage(lines: Sequence[JournalLine], manifest: Manifest, path: Path) -> Sal
 
 def _aborts(manifest: Manifest) -> bool:
     """Whether a failed goal surely ended its round. Not so for robots that others drove."""
-    protocol = manifest.scenario.get("protocol")
-    return manifest.source == "simulation" and isinstance(protocol, Mapping) and protocol.get("on_failure") == "abort"
+    return manifest.source == "simulation" and manifest.task.protocol.on_failure is OnFailure.ABORT
 
 
 def _contradictions(lines: Sequence[JournalLine], manifest: Manifest) -> dict[int, str]:
@@ -133,7 +134,7 @@ def _with_beginnings(events: Sequence[Event], manifest: Manifest) -> Iterator[Ev
     """
     begun = {event.round for event in events if isinstance(event, RoundStarted)}
     numbers = {number for event in events if (number := getattr(event, "round", None)) is not None}
-    primed = manifest.mode == "with-map" or max(numbers, default=0) >= manifest.rounds
+    primed = manifest.mode is Mode.WITH_MAP or max(numbers, default=0) >= manifest.rounds
     for event in events:
         number = getattr(event, "round", None)
         if number is not None and number not in begun:

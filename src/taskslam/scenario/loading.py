@@ -57,7 +57,7 @@ def _with_files(raw: dict[str, Any], where: str, folder: Path) -> dict[str, Any]
             if isinstance(sequence.get(key), str):
                 if sequence.get(table):
                     raise ScenarioError(f"{where}: sequence: give either {table} or {key}, not both")
-                sequence[table] = reader(folder / sequence[key])
+                sequence[table] = reader(folder / sequence.pop(key))
         raw = {**raw, "sequence": sequence}
     plan = raw.get("floor_plan")
     if isinstance(plan, dict) and isinstance(plan.get("map"), str):
@@ -66,14 +66,7 @@ def _with_files(raw: dict[str, Any], where: str, folder: Path) -> dict[str, Any]
 
 
 def _check_sequence(scenario: Scenario, where: str) -> None:
-    sequence = scenario.sequence
-    for place, row in enumerate(sequence.path or ()):
-        if not 0 <= row < len(sequence.waypoints):
-            raise ScenarioError(
-                f"{where}: sequence.path[{place}] is {row}, but the waypoint table has rows 0 to"
-                f" {len(sequence.waypoints) - 1}"
-            )
-    if not sequence.goals:
+    if not scenario.sequence.goals:
         raise ScenarioError(
             f"{where}: sequence is empty: expected at least one goal (a path's first entry is the start, not a goal)"
         )

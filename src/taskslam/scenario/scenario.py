@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
-from taskslam.task import Finite, Part, Positive, Protocol, Sequence, TaskUnits, Waypoint
-
-BUILTIN_PLANNER = "teb"
+from taskslam.task import BUILTIN_PLANNER, Finite, Part, Positive, Sequence, Task, Waypoint
 
 
 class WorldSource(Part):
@@ -49,16 +47,15 @@ class FloorPlanSource(Part):
         return self
 
 
-class Scenario(Part):
+class Scenario(Task):
     """Everything that is held fixed while methods are compared. planner: the local one (`taskslam planners list`)."""
 
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
-    title: str = ""
     world: WorldSource
     floor_plan: FloorPlanSource = FloorPlanSource()
     robot: str = "turtlebot2"
     planner: str = BUILTIN_PLANNER
     start: Waypoint
     sequence: Sequence
-    units: TaskUnits = TaskUnits()
-    protocol: Protocol = Protocol()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from taskslam.mode import Mode
 from taskslam.record import find_runs, load_run
 from taskslam.record.run_directory import round_folder
 
@@ -32,7 +33,7 @@ def replayed_sequences(folder: Path) -> dict[str, ReplayedSequence]:
         counted = [round_folder(directory, start.round) for start in record.rounds() if not start.priming]
         estimates = tuple(str(place / "estimate.tum") for place in counted if (place / "estimate.tum").is_file())
         if estimates:
-            label = manifest.method if manifest.mode == "without-map" else f"{manifest.method} with map"
+            label = manifest.method if manifest.mode is Mode.WITHOUT_MAP else f"{manifest.method} with map"
             sequence = sequences.setdefault(manifest.scenario_name, ReplayedSequence(str(truth)))
             sequence.runs[label] = estimates
     return sequences

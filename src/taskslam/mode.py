@@ -1,0 +1,12 @@
+"""Whether rounds share a map: the two ways in which the paper drives every tour (Sec. III)."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Mode(StrEnum):
+    """Whether rounds share a map."""
+
+    WITHOUT_MAP = "without-map"
+    WITH_MAP = "with-map"
