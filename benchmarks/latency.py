@@ -22,7 +22,7 @@ import matplotlib as mpl
 import numpy as np
 
 from common import aws_world, machine_line
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.cli.options import parse_options
 from taskslam.errors import MethodUnavailableError
@@ -89,10 +89,10 @@ def measure(stage: Stage, method: str, scale: float, folder: Path) -> Row:
     method: its name, and options after commas.
     """
     name, *pairs = method.split(",")
-    request = RunRequest(
+    spec = stage.spec(
         name, Mode.WITHOUT_MAP, options=parse_options(pairs), latency=LatencyModel(LatencyMode.MEASURED, scale)
     )
-    directory, _ = run(stage, request, folder)
+    directory, _ = run(stage, spec, folder)
     metrics = run_metrics(load_run(directory), method)
     spread = [w.position.precision_m for w in metrics.waypoints if w.complete and w.position.precision_m is not None]
     low, high = np.quantile(spread, (0.25, 0.75)) if spread else (None, None)

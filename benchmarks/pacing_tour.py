@@ -21,7 +21,7 @@ import numpy as np
 from scipy.stats import permutation_test, ttest_ind
 
 from common import machine_line
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import StereoImages
 from taskslam.mode import Mode
@@ -102,7 +102,7 @@ def drive(stage: Stage, delay: float) -> Tour:
     try:
         with tempfile.TemporaryDirectory() as folder:
             began = time.perf_counter()
-            directory, _ = run(stage, RunRequest("orb_slam3", Mode.WITHOUT_MAP), Path(folder))
+            directory, _ = run(stage, stage.spec("orb_slam3", Mode.WITHOUT_MAP), Path(folder))
             wall = time.perf_counter() - began
             record = load_run(directory)
     finally:

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from common import aws_world, machine_line, pin_to_one_core
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.measurements import Sensor
 from taskslam.mode import Mode
@@ -72,7 +72,7 @@ def main() -> None:
     scenario = load_scenario(name, overrides)
     stage = set_stage(scenario, [world] if world else [], Observer())
     with tempfile.TemporaryDirectory() as folder:
-        run(stage, RunRequest("karto", Mode.WITHOUT_MAP, seed=99), Path(folder))  # compiles and fills caches
+        run(stage, stage.spec("karto", Mode.WITHOUT_MAP, seed=99), Path(folder))  # compiles and fills caches
         pin_to_one_core()
         print(machine_line())
         print(f"{name}, {asked.robot}, {asked.goals} goals, {asked.rounds} round(s), one core")
@@ -86,7 +86,7 @@ def main() -> None:
 def measure(stage: Stage, method: str, folder: Path) -> None:
     """Drive once and print how much faster than real time that was."""
     began = time.perf_counter()
-    directory, complete = run(stage, RunRequest(method, Mode.WITHOUT_MAP), folder)
+    directory, complete = run(stage, stage.spec(method, Mode.WITHOUT_MAP), folder)
     wall = time.perf_counter() - began
     manifest = load_run(directory).manifest
     what = "the loop alone" if ":" in method else method

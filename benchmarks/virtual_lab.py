@@ -23,7 +23,7 @@ import numpy.typing as npt
 import yaml
 
 from common import machine_line
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import set_stage
 from taskslam.errors import InputError
 from taskslam.evaluation.waypoints import position_precision
@@ -64,7 +64,7 @@ def main() -> None:
 def driven(scenario_name: str, method: str, world_paths: list[Path], out: Path) -> tuple[RunRecord, World]:
     """A run of five rounds without map, and the world it was driven in."""
     stage = set_stage(load_scenario(scenario_name), world_paths, Observer())
-    directory, _ = run(stage, RunRequest(method, Mode.WITHOUT_MAP), out / "runs")
+    directory, _ = run(stage, stage.spec(method, Mode.WITHOUT_MAP), out / "runs")
     return load_run(directory), stage.world
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import SPEC, run
+from taskslam.benchmark.spec import RunSpec
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import RecordError
 from taskslam.evaluation.run_metrics import run_metrics
@@ -27,7 +28,7 @@ from taskslam.slam.guest.latency import LatencyModel
 
 
 def drive(stage: Stage, out: Path, method: str, mode: Mode = Mode.WITHOUT_MAP, seed: int = 0) -> RunRecord:
-    directory, _ = run(stage, RunRequest(method, mode, seed), out)
+    directory, _ = run(stage, stage.spec(method, mode, seed), out)
     return load_run(directory)
 
 
@@ -72,12 +73,13 @@ def test_without_map_every_round_starts_anew_and_with_map_only_the_priming_one(
 
 def test_the_same_seed_writes_the_same_journal_whatever_the_hash_seed_and_threads(tmp_path: Path) -> None:
     script = (
-        "import sys; from pathlib import Path; from taskslam.benchmark.run import RunRequest, run;"
+        "import sys; from pathlib import Path; from taskslam.benchmark.run import run;"
         "from taskslam.mode import Mode; from taskslam.benchmark.stage import set_stage;"
         "from taskslam.observer import Observer; from taskslam.scenario import load_scenario;"
         "s = load_scenario('house', ['protocol.rounds=1', 'protocol.pause=0.5',"
         " 'sequence.path=[0, 0, 1]']);"
-        "run(set_stage(s, [], Observer()), RunRequest('karto', Mode.WITHOUT_MAP, int(sys.argv[2])), Path(sys.argv[1]))"
+        "stage = set_stage(s, [], Observer());"
+        "run(stage, stage.spec('karto', Mode.WITHOUT_MAP, int(sys.argv[2])), Path(sys.argv[1]))"
     )
 
     def journal(name: str, seed: int, hash_seed: str, threads: str) -> bytes:
@@ -212,14 +214,18 @@ def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
     make_stage: Callable[..., Stage], tmp_path: Path
 ) -> None:
     stage = make_stage(GOALS_ONE, rounds=1)
-    request = RunRequest("ground_truth", Mode.WITHOUT_MAP)
-    directory, complete = run(stage, request, tmp_path)
+    spec = stage.spec("ground_truth", Mode.WITHOUT_MAP)
+    directory, complete = run(stage, spec, tmp_path)
     before = (directory / "run.json").read_bytes()
-    assert run(stage, request, tmp_path) == (directory, complete)
+    assert run(stage, spec, tmp_path) == (directory, complete)
     assert (directory / "run.json").read_bytes() == before
+    assert RunSpec.from_json((directory / SPEC).read_bytes()) == spec
+    other = make_stage(GOALS_ONE, rounds=1, pause=1.0)
     with pytest.raises(RecordError, match="another configuration"):
-        run(make_stage(GOALS_ONE, rounds=1, pause=1.0), request, tmp_path)
-    run(make_stage(GOALS_ONE, rounds=1, pause=1.0), request, tmp_path, overwrite=True)
+        run(other, other.spec("ground_truth", Mode.WITHOUT_MAP), tmp_path)
+    with pytest.raises(RecordError, match="this is behaviour version 2: the two are never mixed"):
+        run(stage, spec.model_copy(update={"behaviour": 2}), tmp_path)
+    run(other, other.spec("ground_truth", Mode.WITHOUT_MAP), tmp_path, overwrite=True)
     assert load_run(directory).manifest.scenario["protocol"]["pause"] == 1.0
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.errors import PlannerError, RecordError
 from taskslam.evaluation import evaluate_runs
@@ -13,7 +13,9 @@ from taskslam.observer import Observer
 from taskslam.record import Arrival, GoalFailed, load_run
 from taskslam.scenario import load_scenario
 
-REQUEST = RunRequest("ground_truth", Mode.WITHOUT_MAP)
+
+def drive(stage: Stage, out: Path) -> tuple[Path, bool]:
+    return run(stage, stage.spec("ground_truth", Mode.WITHOUT_MAP), out)
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +35,7 @@ def with_planner(make_stage):
 
 
 def test_a_planner_from_outside_reaches_the_goals_and_is_named_in_the_record(with_planner, tmp_path):
-    directories = [run(with_planner(name), REQUEST, tmp_path / name)[0] for name in ("teb", "pure_pursuit")]
+    directories = [drive(with_planner(name), tmp_path / name)[0] for name in ("teb", "pure_pursuit")]
     ours, theirs = (load_run(directory) for directory in directories)
     assert [sum(isinstance(event, Arrival) for event in record.events) for record in (ours, theirs)] == [3, 3]
     assert theirs.manifest.complete
@@ -46,18 +48,18 @@ def test_a_planner_from_outside_reaches_the_goals_and_is_named_in_the_record(wit
 
 
 def test_a_finished_run_is_not_taken_for_that_of_another_planner(with_planner, tmp_path):
-    run(with_planner("gives_up"), REQUEST, tmp_path)
+    drive(with_planner("gives_up"), tmp_path)
     with pytest.raises(RecordError, match="another configuration"):
-        run(with_planner("teb"), REQUEST, tmp_path)
+        drive(with_planner("teb"), tmp_path)
 
 
 def test_a_planner_that_gives_up_fails_its_goal_and_one_that_breaks_ends_the_run(with_planner, tmp_path):
-    directory, complete = run(with_planner("gives_up"), REQUEST, tmp_path / "none")
+    directory, complete = drive(with_planner("gives_up"), tmp_path / "none")
     assert not complete
     (failure,) = (event for event in load_run(directory).events if isinstance(event, GoalFailed))
     assert failure.outcome == "no_control"
     with pytest.raises(PlannerError, match=r"planner 'raises' at .* s: ValueError: no idea where to go"):
-        run(with_planner("raises"), REQUEST, tmp_path / "raises")
+        drive(with_planner("raises"), tmp_path / "raises")
 
 
 def test_a_scenario_names_its_planner_and_a_wrong_name_is_told_before_the_world_is_loaded():

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from taskslam.benchmark.export import ExportRequest, Format, export
-from taskslam.benchmark.replay import ReplayRequest, replay
+from taskslam.benchmark.replay import replay
+from taskslam.benchmark.spec import spec_of_replay
 from taskslam.datasets.opening import open_dataset
 from taskslam.errors import DatasetError, InputError, RecordError
 from taskslam.evaluation import evaluate_runs
@@ -43,14 +45,14 @@ def recording(make_stage, original: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(original, tmp_path / "recording"))
 
 
-def run(recording: Path, request: ReplayRequest, out: str = "replays") -> RunRecord:
+def run(recording: Path, *way: Any, out: str = "replays", **named: Any) -> RunRecord:
     with open_dataset(recording) as dataset:
-        directory, _ = replay(dataset, request, recording.parent / out)
+        directory, _ = replay(dataset, spec_of_replay(dataset, *way, **named), recording.parent / out)
     return load_run(directory)
 
 
 def test_replayed_measurements_give_the_poses_of_the_live_loop(recording):
-    live, back = load_run(recording / "drive"), run(recording, ReplayRequest("karto", rounds=2))
+    live, back = load_run(recording / "drive"), run(recording, "karto", rounds=2)
     drove, replayed = live.trajectory(0, "estimate"), back.trajectory(0, "estimate")
     shared = np.isin(replayed.stamps, drove.stamps)
     assert np.array_equal(replayed.stamps[shared], drove.stamps)
@@ -67,7 +69,7 @@ def test_replayed_measurements_give_the_poses_of_the_live_loop(recording):
 
 
 def test_a_saved_map_is_loaded_by_every_round_that_counts(recording):
-    record = run(recording, ReplayRequest("karto", Mode.WITH_MAP, rounds=2))
+    record = run(recording, "karto", Mode.WITH_MAP, rounds=2)
     assert [start.priming for start in record.rounds()] == [True, False, False]
     priming, first, second = (record.trajectory(number, "estimate").poses for number in range(3))
     assert np.array_equal(first, second)
@@ -77,7 +79,7 @@ def test_a_saved_map_is_loaded_by_every_round_that_counts(recording):
 
 def test_a_method_that_lives_on_is_carried_back(recording):
     """Its rounds lie in one lifetime: stamps go on for the method, and are the recording's own in the record."""
-    record = run(recording, ReplayRequest("replayed_methods:Counting", Mode.WITH_MAP, rounds=2))
+    record = run(recording, "replayed_methods:Counting", Mode.WITH_MAP, rounds=2)
     rounds = [record.trajectory(number, "estimate") for number in range(3)]
     assert [len(trajectory) for trajectory in rounds] == [60, 60, 60]
     assert all(np.array_equal(trajectory.stamps, rounds[0].stamps) for trajectory in rounds)
@@ -87,24 +89,31 @@ def test_a_method_that_lives_on_is_carried_back(recording):
 
 
 def test_latency_drops_frames_as_in_the_loop(recording):
-    slow = ReplayRequest("replayed_methods:Counting", latency=LatencyModel(LatencyMode.FIXED))
-    ended = [event for event in run(recording, slow).events if isinstance(event, RoundEnded)]
+    fixed = LatencyModel(LatencyMode.FIXED)
+    ended = [
+        event
+        for event in run(recording, "replayed_methods:Counting", latency=fixed).events
+        if isinstance(event, RoundEnded)
+    ]
     assert (ended[0].frames, ended[0].dropped_frames) == (60, 0)
-    slow = ReplayRequest("replayed_methods:Slow", latency=LatencyModel(LatencyMode.FIXED))
-    ended = [event for event in run(recording, slow).events if isinstance(event, RoundEnded)]
+    ended = [
+        event
+        for event in run(recording, "replayed_methods:Slow", latency=fixed).events
+        if isinstance(event, RoundEnded)
+    ]
     assert (ended[0].frames, ended[0].dropped_frames) == (60, 35)  # 6 s of scans at 0.25 s each: 25 are taken
 
 
 def test_no_method_but_a_reference_is_told_the_truth(recording):
-    record = run(recording, ReplayRequest("replayed_methods:Nosy"))
+    record = run(recording, "replayed_methods:Nosy")
     assert not [event for event in record.events if isinstance(event, MethodNotice) and "crashed" in event.text]
-    reference = run(recording, ReplayRequest("ground_truth"))
+    reference = run(recording, "ground_truth")
     truth, told = reference.trajectory(0, "truth"), reference.trajectory(0, "estimate")
     assert np.abs(truth.poses - told.poses).max() < 1e-12
 
 
 def test_a_method_that_fails_ends_its_round_and_not_the_replay(recording):
-    record = run(recording, ReplayRequest("replayed_methods:Dies", rounds=2))
+    record = run(recording, "replayed_methods:Dies", rounds=2)
     outcomes = [str(event.outcome) for event in record.events if isinstance(event, RoundEnded)]
     assert outcomes == ["crashed", "crashed"]
     assert not record.manifest.complete
@@ -117,29 +126,29 @@ def test_a_recording_without_the_sensor_says_what_it_holds(recording, tmp_path):
         open_dataset(recording) as dataset,
         pytest.raises(DatasetError, match=r"needs stereo_images, .* \(it gives laser_scan, wheel_odometry\)"),
     ):
-        replay(dataset, ReplayRequest("orb_slam3"), tmp_path / "out")
+        replay(dataset, spec_of_replay(dataset, "orb_slam3"), tmp_path / "out")
     with open_dataset(recording) as dataset, pytest.raises(InputError, match="keeps no map"):
-        replay(dataset, ReplayRequest("wheel_odometry", Mode.WITH_MAP), tmp_path / "out")
+        replay(dataset, spec_of_replay(dataset, "wheel_odometry", Mode.WITH_MAP), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_a_finished_replay_is_kept_and_another_one_is_not_overwritten(recording):
-    first = run(recording, ReplayRequest("wheel_odometry"))
-    assert run(recording, ReplayRequest("wheel_odometry")).manifest.started_utc == first.manifest.started_utc
+    first = run(recording, "wheel_odometry")
+    assert run(recording, "wheel_odometry").manifest.started_utc == first.manifest.started_utc
     with pytest.raises(RecordError, match="another configuration"):
-        run(recording, ReplayRequest("wheel_odometry", rounds=2))
+        run(recording, "wheel_odometry", rounds=2)
 
 
 def test_goal_metrics_leave_a_replay_out_and_say_where_to_go(recording):
-    run(recording, ReplayRequest("wheel_odometry"))
+    run(recording, "wheel_odometry")
     metrics = evaluate_runs([recording.parent / "replays"])
     assert metrics.runs == ()
     assert "evaluate-trajectories" in metrics.left_out[0].reason
 
 
 def test_a_folder_of_replays_is_a_study(recording):
-    run(recording, ReplayRequest("replayed_methods:Counting", Mode.WITH_MAP, rounds=2))
-    run(recording, ReplayRequest("wheel_odometry", rounds=2))
+    run(recording, "replayed_methods:Counting", Mode.WITH_MAP, rounds=2)
+    run(recording, "wheel_odometry", rounds=2)
     study = load_study(str(recording.parent / "replays"))
     sequence = study.sequences["recording"]
     assert sequence.groundtruth.endswith("round00/truth.tum")

@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from taskslam.benchmark.suite import Ending, Job, Result, Watcher, load_suite, plan, run_suite
+from taskslam.benchmark.engine import Ending, Result, Watcher
+from taskslam.benchmark.engines.local import LocalEngine
+from taskslam.benchmark.spec import run_folder
+from taskslam.benchmark.suite import Plan, load_suite, plan
 from taskslam.errors import InputError, UnknownMethodError
 from taskslam.mode import Mode
 from taskslam.record import load_run
@@ -34,6 +37,10 @@ def small_suite(tmp_path: Path) -> Path:
     return file
 
 
+def drive(planned: Plan, out: Path, parallel: int = 1, watcher: Watcher | None = None) -> list[Result]:
+    return list(LocalEngine(parallel, planned.folders).run(planned.specs, out, watcher or Watcher()))
+
+
 def test_the_paper_suite_names_its_four_places_twice() -> None:
     suite = load_suite("paper")
     assert len(suite.worlds["builtin"]) == len(suite.worlds["aws"]) == 4
@@ -50,28 +57,28 @@ def test_unknown_members_are_named_with_a_guess(small_suite: Path) -> None:
 
 
 def test_every_run_of_a_suite_is_driven_once_and_kept(small_suite: Path, tmp_path: Path) -> None:
-    jobs = plan(load_suite(str(small_suite)), "mine", modes=[Mode.WITHOUT_MAP])
-    assert len(jobs) == 4
+    planned = plan(load_suite(str(small_suite)), "mine", modes=[Mode.WITHOUT_MAP])
+    assert len(planned.specs) == 4
     heard: list[Result] = []
 
     class Listening(Watcher):
         def ends(self, result: Result) -> None:
             heard.append(result)
 
-    first = run_suite(jobs, tmp_path / "out", parallel=2, watcher=Listening())
+    first = drive(planned, tmp_path / "out", 2, Listening())
     assert [result.ending for result in first] == [Ending.COMPLETE] * 4
     assert len(heard) == 4
     stamps = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("run.json")}
     assert len(stamps) == 4
-    again = run_suite(jobs, tmp_path / "out", parallel=2)
+    again = drive(planned, tmp_path / "out", 2)
     assert [result.ending for result in again] == [Ending.KEPT] * 4
     assert {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("run.json")} == stamps
 
 
 def test_a_run_that_is_refused_says_why_and_the_others_go_on(small_suite: Path, tmp_path: Path) -> None:
     (tmp_path / "near.yaml").write_text(SCENARIO.format(name="near", x=60.0))
-    jobs = plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP])
-    refused, complete = run_suite(jobs, tmp_path / "out")
+    planned = plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP])
+    (refused,), (complete,) = planned.refused, drive(planned, tmp_path / "out")
     assert refused.ending is Ending.REFUSED
     assert "goal 1 at (60, 0)" in refused.detail
     assert complete.ending is Ending.COMPLETE
@@ -80,21 +87,21 @@ def test_a_run_that_is_refused_says_why_and_the_others_go_on(small_suite: Path, 
 def test_a_setting_holds_for_every_scenario_and_is_not_taken_for_what_was_driven_before(
     small_suite: Path, tmp_path: Path
 ) -> None:
-    def jobs(*settings: str) -> list[Job]:
+    def planned(*settings: str) -> Plan:
         return plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP], settings=settings)
 
     robot_file = tmp_path / "mine.yaml"
     robot_file.write_text("built_on: turtlebot2_small10\nname: mine\n")
-    slow = jobs(f"robot={robot_file}")
-    assert [result.ending for result in run_suite(slow, tmp_path / "out")] == [Ending.COMPLETE] * 2
+    slow = planned(f"robot={robot_file}")
+    assert [result.ending for result in drive(slow, tmp_path / "out")] == [Ending.COMPLETE] * 2
     for directory in (tmp_path / "out").glob("*/*/*/seed0"):
         robot = load_run(directory).manifest.robot
         assert robot is not None
         assert robot["rig"]["stereo"]["width"] == 480
-    assert [result.ending for result in run_suite(slow, tmp_path / "out")] == [Ending.KEPT] * 2
-    assert [result.ending for result in run_suite(jobs(), tmp_path / "out")] == [Ending.REFUSED] * 2
+    assert [result.ending for result in drive(slow, tmp_path / "out")] == [Ending.KEPT] * 2
+    assert [result.ending for result in drive(planned(), tmp_path / "out")] == [Ending.REFUSED] * 2
     robot_file.write_text("built_on: turtlebot2\nname: mine\n")
-    edited = run_suite(slow, tmp_path / "out")
+    edited = drive(planned(f"robot={robot_file}"), tmp_path / "out")
     assert [result.ending for result in edited] == [Ending.REFUSED] * 2
     assert "another configuration" in edited[0].detail
 
@@ -105,7 +112,7 @@ def finished_runs(out: Path) -> dict[Path, int]:
 
 
 def workers_of(suite: int) -> list[str]:
-    return subprocess.run(["pgrep", "-f", f"worker {suite}"], capture_output=True, text=True).stdout.split()
+    return subprocess.run(["pgrep", "-f", f"engines.worker {suite}"], capture_output=True, text=True).stdout.split()
 
 
 def test_a_suite_killed_in_the_middle_goes_on_where_it_stopped(small_suite: Path, tmp_path: Path) -> None:
@@ -129,3 +136,31 @@ def test_a_suite_killed_in_the_middle_goes_on_where_it_stopped(small_suite: Path
     assert len(list(out.rglob("run.json"))) == 4
     assert finished.items() <= finished_runs(out).items()
     assert (out / "report.html").exists()
+
+
+def test_a_latency_sweep_is_a_suite(small_suite: Path, tmp_path: Path) -> None:
+    sweep = small_suite.read_text() + "latencies: [fixed, zero, measured x 4]\n"
+    small_suite.write_text(
+        sweep.replace("[ground_truth, wheel_odometry]", "[{name: karto, options: {do_loop_closing: false}}]")
+    )
+    planned = plan(load_suite(str(small_suite)), "mine", modes=[Mode.WITHOUT_MAP])
+    near = [spec for spec in planned.specs if spec.task.name == "near"]
+    assert [spec.latency.words for spec in near] == ["fixed", "zero", "measured x 4"]
+    assert len({run_folder(tmp_path, spec) for spec in near}) == 3
+    assert [spec.options for spec in near] == [{"do_loop_closing": False}] * 3
+    zero = LocalEngine().run(near[1:2], tmp_path / "out", Watcher())
+    assert [result.ending for result in zero] == [Ending.COMPLETE]
+    manifest = load_run(run_folder(tmp_path / "out", near[1])).manifest
+    assert (manifest.latency, manifest.method_options) == ("zero", {"do_loop_closing": False})
+    small_suite.write_text(sweep.replace("measured x 4", "slow"))
+    with pytest.raises(InputError, match="latency 'slow': expected fixed, zero, measured"):
+        plan(load_suite(str(small_suite)), "mine")
+
+
+def test_a_place_that_has_changed_since_the_plan_is_refused(small_suite: Path, tmp_path: Path) -> None:
+    planned = plan(load_suite(str(small_suite)), "mine", ["ground_truth"], [Mode.WITHOUT_MAP])
+    spec = planned.specs[0]
+    other = spec.model_copy(update={"task": spec.task.model_copy(update={"world": "0" * 64})})
+    (result,) = LocalEngine().run([other], tmp_path / "out", Watcher())
+    assert result.ending is Ending.REFUSED
+    assert "the world found here is not the one of the run" in result.detail

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
@@ -130,4 +130,4 @@ def driven(room: World, tmp_path_factory: pytest.TempPathFactory) -> dict[str, R
     plan = slice_floor_plan(room, 0.02, 0.45, 0.05, seed_point=(-2.0, -1.0))
     stage = Stage(scenario, room, plan, load_robot("turtlebot2"))
     out = tmp_path_factory.mktemp("driven")
-    return {mode.value: load_run(run(stage, RunRequest("wheel_odometry", mode), out)[0]) for mode in Mode}
+    return {mode.value: load_run(run(stage, stage.spec("wheel_odometry", mode), out)[0]) for mode in Mode}

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.run import RunRequest, build_simulator, record_tour
+from taskslam.benchmark.run import build_simulator, record_tour
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
@@ -126,9 +126,9 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
         raise DatasetError(f"{out}: exists already; expected the name of a new folder")
     stage = _shortened(stage, request.goals)
     sensors = _sensors(stage.robot.rig, request)
-    run = RunRequest(request.method, Mode.WITHOUT_MAP, request.seed, request.options, request.latency)
+    spec = stage.spec(request.method, Mode.WITHOUT_MAP, request.seed, request.options, request.latency)
     observer.stage("building the simulator")
-    simulator = build_simulator(stage, run, sensors)
+    simulator = build_simulator(stage, spec, sensors)
     until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
     folder = partial_folder(out)
     with writing(out):
@@ -141,7 +141,7 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
             with closing(_writer(request.format, folder, stage, sensors)) as writer:
                 platform = _Recorded(simulator, writer, sensors, until)
                 complete = record_tour(
-                    stage, run, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
+                    stage, spec, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
                 )
             folder.rename(out)
             sync_folder(out.parent)

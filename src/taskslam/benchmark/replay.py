@@ -8,18 +8,15 @@ between two of them.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import tempfile
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from taskslam.benchmark.playback import LINGER, Beginning, Played, check_sensors, find_beginning, play
-from taskslam.benchmark.run import finished_run, latency_words, machine, versions
+from taskslam.benchmark.run import finished_run, machine, said_by, save_spec, versions
+from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.datasets.dataset import Dataset
 from taskslam.errors import InputError
 from taskslam.measurements import NANOSECONDS
@@ -31,28 +28,20 @@ from taskslam.record import Manifest, MethodNotice, RoundEnded, RoundStarted, Ru
 from taskslam.slam import MapMode, MethodCard
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import Limits, MethodHost
-from taskslam.slam.guest.latency import LatencyModel
 from taskslam.slam.registry import load_method
 
 
-@dataclass(frozen=True)
-class ReplayRequest:
-    """What to replay with. rounds: those that count; options: the method's own."""
-
-    method: str
-    mode: Mode = Mode.WITHOUT_MAP
-    rounds: int = 1
-    options: Mapping[str, Any] = field(default_factory=dict)
-    latency: LatencyModel = field(default_factory=LatencyModel)
-    limits: Limits = field(default_factory=Limits)
-
-
 def replay(
-    dataset: Dataset, request: ReplayRequest, out: Path, observer: Observer | None = None, overwrite: bool = False
+    dataset: Dataset,
+    spec: RunSpec,
+    out: Path,
+    observer: Observer | None = None,
+    overwrite: bool = False,
+    limits: Limits | None = None,
 ) -> tuple[Path, bool]:
-    """Replay; the run directory OUT/dataset/method/mode/seed0, and whether every round came to the dataset's end.
+    """Replay; the run directory, and whether every round came to the dataset's end. spec: of `spec_of_replay`.
 
-    A finished replay of the very same configuration is kept.
+    A finished replay of the very same spec is kept.
 
     Raises:
         DatasetError: the dataset lacks a sensor of the method, or cannot be read on.
@@ -60,18 +49,16 @@ def replay(
         RecordError: another run stands there. InfrastructureError.
     """
     observer = observer or Observer()
-    card = load_method(request.method).card
-    if request.mode is Mode.WITH_MAP and card.map_mode is MapMode.NONE:
-        raise InputError(f"method '{request.method}' keeps no map (map_mode none on its card): replay it without-map")
+    card = load_method(spec.method).card
+    if spec.mode is Mode.WITH_MAP and card.map_mode is MapMode.NONE:
+        raise InputError(f"method '{spec.method}' keeps no map (map_mode none on its card): replay it without-map")
     check_sensors(dataset, card)
-    directory = out / dataset.name / request.method.replace(":", "_").replace("/", "_") / request.mode / "seed0"
-    described = _described(dataset)
-    asked = (_hash(described), request.rounds, request.options, request.latency)
-    if not overwrite and (finished := finished_run(directory, *asked)) is not None:
+    directory = run_folder(out, spec)
+    if not overwrite and (finished := finished_run(directory, spec)) is not None:
         observer.notice(f"{directory}: finished before, kept (--overwrite replays it again)")
         return directory, finished.complete
     with RunWriter(directory, replace=overwrite) as record:
-        complete = _Replay(dataset, request, card, record, observer).run(described)
+        complete = _Replay(dataset, spec, limits or Limits(), card, record, observer).run()
     return directory, complete
 
 
@@ -79,10 +66,17 @@ class _Replay:
     """One run: the counters that its rounds leave."""
 
     def __init__(
-        self, dataset: Dataset, request: ReplayRequest, card: MethodCard, record: RunWriter, observer: Observer
+        self,
+        dataset: Dataset,
+        spec: RunSpec,
+        limits: Limits,
+        card: MethodCard,
+        record: RunWriter,
+        observer: Observer,
     ) -> None:
         self._dataset = dataset
-        self._request = request
+        self._spec = spec
+        self._limits = limits
         self._record = record
         self._observer = observer
         self._beginning: Beginning = find_beginning(dataset, card)
@@ -92,26 +86,18 @@ class _Replay:
         self._method_peak_bytes = 0
         self._counted = (0, 0)
 
-    def run(self, described: dict[str, Any]) -> bool:
+    def run(self) -> bool:
         """All rounds, then run.json; whether every round came to the end."""
         started, wall = datetime.now(UTC), time.perf_counter()
-        complete = self._without_map() if self._request.mode is Mode.WITHOUT_MAP else self._with_map()
+        complete = self._without_map() if self._spec.mode is Mode.WITHOUT_MAP else self._with_map()
         self._record.event(RunEnded(self._time, complete))
-        request = self._request
+        task = self._spec.task.model_dump(mode="json", exclude={"source", "rounds"})
         skipped = dict(sorted(self._dataset.skipped.items()))
+        save_spec(self._record.folder, self._spec)
         self._record.finish(
             Manifest(
-                source="replay",
-                scenario_name=self._dataset.name,
-                scenario={"title": f"{self._dataset.name} (replay)", "dataset": described, "skipped": skipped},
-                scenario_hash=_hash(described),
-                method=request.method,
-                method_card=json.loads(json.dumps(asdict(load_method(request.method).card), default=str)),
-                method_options=dict(request.options),
-                mode=request.mode,
-                seed=0,
-                rounds=request.rounds,
-                latency=latency_words(request.latency),
+                **said_by(self._spec),
+                scenario={"title": f"{self._dataset.name} (replay)", "dataset": task, "skipped": skipped},
                 versions=versions(),
                 machine=machine(),
                 started_utc=started.isoformat(),
@@ -128,19 +114,19 @@ class _Replay:
 
     def _without_map(self) -> bool:
         complete = True
-        for number in range(self._request.rounds):
+        for number in range(self._spec.task.rounds):
             complete = self._lifetime(number, priming=False) and complete
         return complete
 
     def _with_map(self) -> bool:
-        if not load_method(self._request.method).card.can_save_map:
+        if not load_method(self._spec.method).card.can_save_map:
             return self._one_lifetime()
         with tempfile.TemporaryDirectory() as folder:
             saved = Path(folder) / "map"
             if not self._lifetime(0, priming=True, then=lambda method: method.save_map(saved)):
                 return False
             complete = True
-            for number in range(1, self._request.rounds + 1):
+            for number in range(1, self._spec.task.rounds + 1):
                 began = self._lifetime(number, priming=False, first=lambda method: method.load_map(saved))
                 complete = began and complete
             return complete
@@ -151,7 +137,7 @@ class _Replay:
         self._begin(0, priming=True)
         try:
             method.start()
-            for number in range(self._request.rounds + 1):
+            for number in range(self._spec.task.rounds + 1):
                 if number:
                     self._begin(number, priming=False)
                 played = self._play(method, number, shift)
@@ -190,9 +176,9 @@ class _Replay:
         return True
 
     def _new_method(self) -> MethodHost:
-        request, log = self._request, self._record.method_log
+        spec, log = self._spec, self._record.method_log
         self._counted = (0, 0)
-        return MethodHost(request.method, request.options, self._dataset.rig, log, request.latency, request.limits)
+        return MethodHost(spec.method, spec.options, self._dataset.rig, log, spec.latency, self._limits)
 
     def _play(self, method: MethodHost, number: int, shift: int) -> Played:
         base = self._time
@@ -207,7 +193,7 @@ class _Replay:
         return play(self._dataset, self._beginning, method, self._record, number, shift, elapsed, ticked)
 
     def _begin(self, number: int, priming: bool) -> None:
-        rounds = self._request.rounds + (self._request.mode is Mode.WITH_MAP)
+        rounds = self._spec.task.rounds + (self._spec.mode is Mode.WITH_MAP)
         self._observer.round_begins(number, rounds, priming)
         self._record.event(RoundStarted(self._time, number, priming))
 
@@ -226,24 +212,3 @@ class _Replay:
         method.stop()
         self._compute_s += method.compute_s
         self._method_peak_bytes = max(self._method_peak_bytes, method.peak_memory)
-
-
-def _described(dataset: Dataset) -> dict[str, Any]:
-    """What of the dataset decides the result, as far as it can be known without reading it all."""
-    return {
-        "name": dataset.name,
-        "kind": dataset.kind,
-        "bytes": _size(dataset.path),
-        "sensors": sorted(dataset.sensors),
-        "rig": dataset.rig.model_dump(mode="json"),
-    }
-
-
-def _size(path: Path) -> int:
-    if path.is_file():
-        return path.stat().st_size
-    return sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
-
-
-def _hash(described: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(described, sort_keys=True).encode()).hexdigest()

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
-from taskslam.errors import ScenarioError, WorldError
+from taskslam.benchmark.spec import Drive, RunSpec, spec_of_tour
+from taskslam.errors import FloorPlanError, InputError, ScenarioError, WorldError
+from taskslam.mode import Mode
 from taskslam.navigation.planners import build_planner
 from taskslam.observer import Observer
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario, check_scenario
+from taskslam.slam.guest.latency import LatencyModel
 from taskslam.world import FloorPlan, World
+from taskslam.world.digest import plan_digest, world_digest
 from taskslam.world.loading import load_world
 from taskslam.world.map_server import load_floor_plan
 from taskslam.world.slicing import slice_floor_plan
@@ -29,6 +35,49 @@ class Stage:
     plan: FloorPlan
     robot: Robot
 
+    @cached_property
+    def digests(self) -> tuple[str, str]:
+        """Of the world and of the floor plan."""
+        return world_digest(self.world), plan_digest(self.plan)
+
+    def spec(
+        self,
+        method: str,
+        mode: Mode,
+        seed: int = 0,
+        options: Mapping[str, Any] | None = None,
+        latency: LatencyModel | None = None,
+    ) -> RunSpec:
+        """The spec of a run on this stage. Raises InputError for an option that JSON cannot hold."""
+        return spec_of_tour(self.scenario, self.robot, self.digests, method, mode, seed, options, latency)
+
+
+def stage_of(spec: RunSpec, folders: Sequence[Path], observer: Observer) -> Stage:
+    """The stage that a spec tells of, its files found in these folders.
+
+    Raises:
+        InputError: it is not the spec of a tour, or what lies in the folders has another content.
+        WorldError, FloorPlanError, PlannerError, ScenarioError: as for `set_stage`.
+    """
+    if not isinstance(spec.task, Drive):
+        raise InputError(f"{spec.title}: a replay of a recording has no stage; expected the spec of a tour")
+    scenario, robot = spec.task.scenario, spec.task.robot
+    if scenario.floor_plan.map is not None:
+        map_file = find_file(scenario.floor_plan.map, folders)
+        if map_file is None:
+            raise FloorPlanError(f"{spec.title}: the map '{scenario.floor_plan.map}' lies in none of the folders")
+        plan = scenario.floor_plan.model_copy(update={"map": str(map_file)})
+        scenario = scenario.model_copy(update={"floor_plan": plan})
+    stage = _prepared(scenario, robot, folders, observer)
+    expected = (spec.task.world, spec.task.floor_plan)
+    for what, found, wanted in zip(("world", "floor plan"), stage.digests, expected, strict=True):
+        if found != wanted:
+            raise InputError(
+                f"{spec.title}: the {what} found here is not the one of the run: content {found[:12]}, expected"
+                f" {wanted[:12]}"
+            )
+    return stage
+
 
 def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observer) -> Stage:
     """Load and check everything before anything moves.
@@ -36,7 +85,10 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
     Raises:
         WorldError, FloorPlanError, RobotError, PlannerError, ScenarioError: with one sentence.
     """
-    robot = load_robot(scenario.robot)
+    return _prepared(scenario, load_robot(scenario.robot), world_paths, observer)
+
+
+def _prepared(scenario: Scenario, robot: Robot, world_paths: Sequence[Path], observer: Observer) -> Stage:
     build_planner(scenario.planner, robot)
     observer.stage("loading the world")
     world = load_scenario_world(scenario, world_paths)
@@ -63,18 +115,35 @@ def find_world(scenario: Scenario, world_paths: Sequence[Path]) -> Path:
         WorldError: not found under the given folders nor TASKSLAM_WORLD_PATH; says which repository to clone.
     """
     name = scenario.world.file or ""
-    from_environment = [Path(p) for p in os.environ.get(WORLD_PATH_VARIABLE, "").split(os.pathsep) if p]
-    roots = [*world_paths, *from_environment]
-    for root in [Path("/"), *roots] if Path(name).is_absolute() else roots:
-        for candidate in _candidates(root.expanduser(), name):
-            if candidate.is_file():
-                return candidate
+    if (found := find_file(name, world_paths)) is not None:
+        return found
+    roots = _roots(world_paths)
     looked = ", ".join(str(root) for root in roots) or "nowhere: no folder was given"
     clone = f" Get it with `git clone {scenario.world.source}`," if scenario.world.source else ""
     raise WorldError(
         f"scenario {scenario.name}: the world file '{name}' was not found (looked in {looked}).{clone} then name the"
         f" folder with --world-path or {WORLD_PATH_VARIABLE}"
     )
+
+
+def find_file(name: str, folders: Sequence[Path]) -> Path | None:
+    """A world or map file by its name, under the given folders or TASKSLAM_WORLD_PATH."""
+    roots = _roots(folders)
+    for root in [Path("/"), *roots] if Path(name).is_absolute() else roots:
+        for candidate in _candidates(root.expanduser(), name):
+            if candidate.is_file():
+                return candidate
+    return None
+
+
+def folders_of(scenario: Scenario) -> tuple[Path, ...]:
+    """The folders in which files lie that a scenario names by their whole paths."""
+    named = [Path(name) for name in (scenario.world.file, scenario.floor_plan.map) if name is not None]
+    return tuple(path.parent for path in named if path.is_absolute())
+
+
+def _roots(folders: Sequence[Path]) -> list[Path]:
+    return [*folders, *(Path(p) for p in os.environ.get(WORLD_PATH_VARIABLE, "").split(os.pathsep) if p)]
 
 
 def _candidates(root: Path, name: str) -> Iterator[Path]:

@@ -1,90 +1,64 @@
-"""A suite: scenarios x methods x modes, each run in a process of its own; what is finished is never driven again.
+"""A suite: scenarios x methods x modes x seeds x latencies, as specs that any engine can drive.
 
 suite = load_suite("paper")
-results = run_suite(plan(suite, "builtin"), out, jobs=2)
+planned = plan(suite, "builtin")
+results = list(LocalEngine(parallel=2).run(planned.specs, out, Watcher()))
 """
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
-from enum import StrEnum
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from taskslam.benchmark.run import RunRequest, finished_tour, run_directory
-from taskslam.errors import InputError, MethodUnavailableError, RecordError, did_you_mean
+from taskslam.benchmark.engine import Ending, Result
+from taskslam.benchmark.spec import RunSpec, spec_of_tour
+from taskslam.benchmark.stage import folders_of, set_stage
+from taskslam.errors import InputError, did_you_mean
 from taskslam.mode import Mode
-from taskslam.robot import load_robot
+from taskslam.observer import Observer
 from taskslam.scenario import load_scenario
-from taskslam.slam.registry import load_method
+from taskslam.slam.guest.latency import LatencyModel
+from taskslam.slam.registry import find_method
 from taskslam.user_files import Shipped
 
 
-class Suite(BaseModel):
-    """A named set of runs. worlds: scenario names by set; rounds: those that count."""
-
+class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class MethodChoice(_Part):
+    """A method in one of its ways."""
+
+    name: str
+    options: dict[str, Any] = {}
+
+
+class Suite(_Part):
+    """A named set of runs.
+
+    worlds: scenario names by set; methods: names, or names with options; rounds: those that count; latencies: how
+    estimates are delayed, `fixed`, `zero` or `measured x 4`: with several, every run is driven with each.
+    """
 
     name: str
     worlds: dict[str, tuple[str, ...]]
-    methods: tuple[str, ...]
+    methods: tuple[str | MethodChoice, ...]
     rounds: int = 5
+    latencies: tuple[str, ...] = ("fixed",)
 
 
 @dataclass(frozen=True)
-class Job:
-    """One run of a suite. overrides: scenario keys, `a.b=c`."""
+class Plan:
+    """The runs of a suite. refused: scenarios that cannot be driven here, and why; folders: where their files lie."""
 
-    scenario: str
-    method: str
-    mode: str
-    seed: int
-    overrides: tuple[str, ...] = ()
-
-    @property
-    def title(self) -> str:
-        """For people."""
-        return f"{self.scenario} · {self.method} · {self.mode}" + (f" · seed {self.seed}" if self.seed else "")
-
-
-class Ending(StrEnum):
-    """What became of a job."""
-
-    COMPLETE = "complete"
-    INCOMPLETE = "incomplete"
-    KEPT = "finished before"
-    UNAVAILABLE = "method not installed"
-    REFUSED = "refused"
-    FAILED = "infrastructure failed"
-
-
-@dataclass(frozen=True)
-class Result:
-    """A job and what became of it, with a sentence where it was not driven to its end."""
-
-    job: Job
-    ending: Ending
-    detail: str = ""
-
-
-class Watcher:
-    """Hears how a suite goes; the null watcher hears nothing. Called from several threads, one call at a time."""
-
-    def begins(self, job: Job) -> None:
-        """A job's process starts."""
-
-    def goes_on(self, job: Job, progress: dict[str, object]) -> None:
-        """A line of progress from a job."""
-
-    def ends(self, result: Result) -> None:
-        """A job is over."""
+    specs: tuple[RunSpec, ...]
+    refused: tuple[Result, ...]
+    folders: tuple[Path, ...]
 
 
 def load_suite(reference: str) -> Suite:
@@ -104,84 +78,43 @@ def plan(
     seeds: Sequence[int] = (0,),
     rounds: int | None = None,
     settings: Sequence[str] = (),
-) -> list[Job]:
-    """The jobs of a suite, methods innermost so that a comparison grows evenly. settings: scenario keys, `a.b=c`.
+    latencies: Sequence[str] = (),
+    world_paths: Sequence[Path] = (),
+    observer: Observer | None = None,
+) -> Plan:
+    """The runs of a suite, methods innermost so that a comparison grows evenly. settings: scenario keys, `a.b=c`.
+
+    methods, latencies: instead of the suite's. Each scenario's world is loaded once, since a run is known by what is
+    in it.
 
     Raises:
-        InputError: the suite has no such set of worlds. UnknownMethodError: no such method.
+        InputError: the suite has no such set of worlds, or a latency is none. UnknownMethodError: no such method.
     """
     if worlds not in suite.worlds:
         known = ", ".join(suite.worlds)
         hint = did_you_mean(worlds, suite.worlds)
         raise InputError(f"suite {suite.name} has no worlds '{worlds}'; expected one of {known}.{hint}")
-    chosen = tuple(methods) or suite.methods
+    chosen = [MethodChoice(name=one) if isinstance(one, str) else one for one in (tuple(methods) or suite.methods)]
     for method in chosen:
-        _is_installed(method)
+        find_method(method.name)
+    delays = [LatencyModel.of(words) for words in (tuple(latencies) or suite.latencies)]
     overrides = (f"protocol.rounds={rounds or suite.rounds}", *settings)
-    return [
-        Job(scenario, method, mode.value, seed, overrides)
+    tours, refused, folders = [], [], [*world_paths]
+    for name in suite.worlds[worlds]:
+        try:
+            scenario = load_scenario(name, overrides)
+            stage = set_stage(scenario, world_paths, observer or Observer())
+        except InputError as error:
+            refused.append(Result(name, Ending.REFUSED, str(error)))
+        else:
+            folders += folders_of(scenario)
+            tours.append(partial(spec_of_tour, scenario, stage.robot, stage.digests))
+    specs = [
+        spec(method.name, mode, seed, method.options, delay)
         for seed in seeds
-        for scenario in suite.worlds[worlds]
+        for spec in tours
         for mode in modes
+        for delay in delays
         for method in chosen
     ]
-
-
-def run_suite(
-    jobs: Sequence[Job], out: Path, world_paths: Sequence[Path] = (), parallel: int = 1, watcher: Watcher | None = None
-) -> list[Result]:
-    """Drive what is not finished yet, `parallel` processes at a time; the results in the order of the jobs."""
-    watcher = watcher or Watcher()
-    with ThreadPoolExecutor(max_workers=parallel) as pool:
-        return list(pool.map(lambda job: _run_job(job, out, world_paths, watcher), jobs))
-
-
-def _run_job(job: Job, out: Path, world_paths: Sequence[Path], watcher: Watcher) -> Result:
-    result = _before(job, out) or _in_process(job, out, world_paths, watcher)
-    watcher.ends(result)
-    return result
-
-
-def _before(job: Job, out: Path) -> Result | None:
-    scenario = load_scenario(job.scenario, job.overrides)
-    request = RunRequest(job.method, Mode(job.mode), job.seed)
-    try:
-        if finished_tour(scenario, load_robot(scenario.robot), request, run_directory(out, scenario.name, request)):
-            return Result(job, Ending.KEPT)
-    except RecordError as error:
-        return Result(job, Ending.REFUSED, str(error))
-    if not _is_installed(job.method):
-        return Result(job, Ending.UNAVAILABLE, f"{job.method}: its package is not installed")
-    return None
-
-
-def _is_installed(method: str) -> bool:
-    try:
-        load_method(method)
-    except MethodUnavailableError:
-        return False
-    return True
-
-
-def _in_process(job: Job, out: Path, world_paths: Sequence[Path], watcher: Watcher) -> Result:
-    watcher.begins(job)
-    order = {"job": asdict(job), "out": str(out), "world_paths": [str(path) for path in world_paths]}
-    command = [sys.executable, "-m", "taskslam.benchmark.worker", str(os.getpid())]
-    say: Callable[[dict[str, object]], None] = lambda line: watcher.goes_on(job, line)  # noqa: E731
-    with subprocess.Popen(  # noqa: S603 our own interpreter and module
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        assert process.stderr is not None
-        process.stdin.write(json.dumps(order))
-        process.stdin.close()
-        last: dict[str, object] = {}
-        for line in process.stdout:
-            last = json.loads(line)
-            say(last)
-        complaint = process.stderr.read().strip().splitlines()
-        status = process.wait()
-    endings = {0: Ending.COMPLETE, 1: Ending.INCOMPLETE, 2: Ending.REFUSED}
-    detail = str(last.get("notice", "")) if status == 1 else (complaint[-1] if complaint else "")
-    return Result(job, endings.get(status, Ending.FAILED), detail)
+    return Plan(tuple(specs), tuple(refused), tuple(dict.fromkeys(folders)))

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 
-from taskslam.benchmark.suite import Job, Result, Watcher
+from taskslam.benchmark.engine import Result, Watcher
+from taskslam.benchmark.spec import RunSpec
 from taskslam.measurements import NANOSECONDS
 from taskslam.observer import Observer
 
@@ -124,7 +125,7 @@ class SuiteLines(Watcher):
         """Print the result."""
         self._ended += 1
         detail = f": {result.detail}" if result.detail else ""
-        line = f"[{self._ended}/{self._total}] {result.job.title}: {result.ending}{detail}"
+        line = f"[{self._ended}/{self._total}] {result.title}: {result.ending}{detail}"
         self._console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
@@ -135,23 +136,23 @@ class SuiteBars(SuiteLines):
         super().__init__(console, total)
         self._bars = bars
         self._whole = bars.add_task("all runs", total=total, info="")
-        self._running: dict[Job, TaskID] = {}
+        self._running: dict[str, TaskID] = {}
 
-    def begins(self, job: Job) -> None:
+    def begins(self, spec: RunSpec) -> None:
         """Add the run's bar."""
-        self._running[job] = self._bars.add_task(f"  {job.title}", total=1.0, info="")
+        self._running[spec.digest] = self._bars.add_task(f"  {spec.title}", total=1.0, info="")
 
-    def goes_on(self, job: Job, progress: dict[str, object]) -> None:
+    def goes_on(self, spec: RunSpec, progress: dict[str, object]) -> None:
         """Move the run's bar."""
         if "done" in progress:
             minutes = float(str(progress["simulated_s"])) / 60
             self._bars.update(
-                self._running[job], completed=float(str(progress["done"])), info=f"{minutes:.1f} min simulated"
+                self._running[spec.digest], completed=float(str(progress["done"])), info=f"{minutes:.1f} min simulated"
             )
 
     def ends(self, result: Result) -> None:
         """Remove the run's bar, print the result."""
-        if (task := self._running.pop(result.job, None)) is not None:
+        if result.spec is not None and (task := self._running.pop(result.spec.digest, None)) is not None:
             self._bars.remove_task(task)
         super().ends(result)
         self._bars.update(self._whole, completed=self._ended)

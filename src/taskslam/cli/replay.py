@@ -50,8 +50,8 @@ def replay(
 
         taskslam replay robot.bag -m karto --topic wheel_odometry=/odom --mount laser=0.1,0,0.2,0,0,0
     """
-    from taskslam.benchmark.replay import ReplayRequest
     from taskslam.benchmark.replay import replay as feed
+    from taskslam.benchmark.spec import spec_of_replay
     from taskslam.cli.progress import progress
     from taskslam.datasets.opening import open_dataset
     from taskslam.robot import load_robot
@@ -69,9 +69,9 @@ def replay(
     ):
         for name in method:
             model = LatencyModel(LatencyMode(latency.value), cpu_scale)
-            request = ReplayRequest(name, Mode(mode.value), rounds, options, model)
-            observer.run_begins(f"{dataset.name} · {name} · {mode.value}")
-            directory, came_to_the_end = feed(recording, request, out, observer, overwrite)
+            spec = spec_of_replay(recording, name, mode, rounds, options, model)
+            observer.run_begins(spec.title)
+            directory, came_to_the_end = feed(recording, spec, out, observer, overwrite)
             complete = complete and came_to_the_end
             if not quiet:
                 typer.echo(f"Replay: {directory}")

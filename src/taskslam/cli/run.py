@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -60,19 +61,14 @@ def run(
 
         taskslam run my_tour.yaml -m karto --mode with-map --set protocol.pause=2 --latency measured --cpu-scale 4
     """
-    from taskslam.benchmark.run import RunRequest
     from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
     overrides = list(set_ or [])
     if rounds is not None:
         overrides.append(f"protocol.rounds={rounds}")
-    options = parse_options(option or [])
-    requests = [
-        RunRequest(name, chosen, seed, options, LatencyModel(LatencyMode(latency.value), cpu_scale))
-        for name in method
-        for chosen in _modes(mode)
-    ]
-    complete = _drive(scenario, overrides, requests, out, world_path or [], overwrite, quiet)
+    options, delay = parse_options(option or []), LatencyModel(LatencyMode(latency.value), cpu_scale)
+    ways = [(name, chosen, seed, options, delay) for name in method for chosen in _modes(mode)]
+    complete = _drive(scenario, overrides, ways, out, world_path or [], overwrite, quiet)
     _conclude(out, quiet)
     raise typer.Exit(0 if complete else 1)
 
@@ -87,14 +83,8 @@ def demo(
     Example:
         taskslam demo --out demo
     """
-    from taskslam.benchmark.run import RunRequest
-
-    requests = [
-        RunRequest("karto", Mode.WITHOUT_MAP),
-        RunRequest("karto", Mode.WITH_MAP),
-        RunRequest("wheel_odometry", Mode.WITHOUT_MAP),
-    ]
-    _drive("house", [f"protocol.rounds={rounds}"], requests, out, [], False, quiet)
+    ways = [("karto", Mode.WITHOUT_MAP), ("karto", Mode.WITH_MAP), ("wheel_odometry", Mode.WITHOUT_MAP)]
+    _drive("house", [f"protocol.rounds={rounds}"], ways, out, [], False, quiet)
     _conclude(out, quiet)
 
 
@@ -105,7 +95,7 @@ def _modes(choice: ModeChoice) -> list[Mode]:
 def _drive(
     scenario: str,
     overrides: list[str],
-    requests: list[Any],
+    ways: Sequence[tuple[Any, ...]],
     out: Path,
     world_paths: list[Path],
     overwrite: bool,
@@ -118,16 +108,17 @@ def _drive(
     from taskslam.slam.registry import load_method
 
     loaded = load_scenario(scenario, overrides)
-    for request in requests:
-        load_method(request.method)
+    for name, *_ in ways:
+        load_method(name)
     all_complete = True
     with progress(quiet) as observer:
         stage = set_stage(loaded, world_paths, observer)
         for warning in stage.world.warnings:
             observer.notice(warning)
-        for request in requests:
-            observer.run_begins(f"{loaded.name} · {request.method} · {request.mode}")
-            _, complete = drive(stage, request, out, observer, overwrite)
+        for way in ways:
+            spec = stage.spec(*way)
+            observer.run_begins(spec.title)
+            _, complete = drive(stage, spec, out, observer, overwrite)
             all_complete = all_complete and complete
     return all_complete
 

@@ -10,7 +10,7 @@ import typer
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
-    from taskslam.benchmark.suite import Result
+    from taskslam.benchmark.engine import Result
 
 
 def suite(
@@ -20,6 +20,9 @@ def suite(
     modes: Annotated[str, typer.Option(help=f"Comma-separated: {', '.join(Mode)}.")] = ",".join(Mode),
     seeds: Annotated[str, typer.Option(help="Comma-separated.")] = "0",
     rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the suite's.")] = None,
+    latencies: Annotated[
+        str, typer.Option(help="Comma-separated: fixed, zero, measured x 4; default: the suite's.")
+    ] = "",
     set_: Annotated[
         list[str] | None,
         typer.Option("--set", help="Override a key of every scenario: protocol.pause=2; may be repeated."),
@@ -41,17 +44,26 @@ def suite(
 
         taskslam suite paper --worlds aws --world-path ~/worlds --methods karto,hector --modes without-map --rounds 3
 
+        taskslam suite paper --methods karto,kiss_icp --latencies "measured,measured x 2,measured x 4"
+
         taskslam suite paper --methods orb_slam3 --set robot=turtlebot2_vga15 --out suite_vga15
     """
-    from taskslam.benchmark.suite import Ending, load_suite, plan, run_suite
-    from taskslam.cli.progress import suite_progress
+    from taskslam.benchmark.engine import Ending
+    from taskslam.benchmark.engines.local import LocalEngine
+    from taskslam.benchmark.suite import load_suite, plan
+    from taskslam.cli.progress import progress, suite_progress
     from taskslam.evaluation import evaluate_runs, write_metrics
     from taskslam.report import write_report
 
     chosen = [_mode(word) for word in _words(modes)]
-    planned = plan(load_suite(name), worlds, _words(methods), chosen, _numbers(seeds), rounds, set_ or ())
-    with suite_progress(quiet, len(planned)) as watcher:
-        results = run_suite(planned, out, world_path or [], jobs, watcher)
+    with progress(quiet) as observer:
+        planned = plan(
+            load_suite(name), worlds, _words(methods), chosen, _numbers(seeds), rounds, set_ or (), _words(latencies),
+            world_path or [], observer,
+        )  # fmt: skip
+    engine = LocalEngine(jobs, planned.folders)
+    with suite_progress(quiet, len(planned.specs)) as watcher:
+        results = [*planned.refused, *engine.run(planned.specs, out, watcher)]
     _say_what_was_not_driven(results)
     if any(result.ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT} for result in results):
         write_metrics(out, evaluate_runs([out]))
@@ -61,11 +73,11 @@ def suite(
 
 
 def _say_what_was_not_driven(results: list[Result]) -> None:
-    from taskslam.benchmark.suite import Ending
+    from taskslam.benchmark.engine import Ending
 
     for result in results:
         if result.ending in {Ending.UNAVAILABLE, Ending.REFUSED, Ending.FAILED}:
-            typer.echo(f"{result.job.title}: {result.ending}: {result.detail}", err=True)
+            typer.echo(f"{result.title}: {result.ending}: {result.detail}", err=True)
 
 
 def _words(text: str) -> list[str]:

@@ -32,11 +32,13 @@ class Manifest(_Part):
     source: where the record comes from: driven in the loop of our `simulation`, an open-loop `replay` of a dataset
     (which has no goals), `measured` on a robot with tags and cameras, or an `import` of somebody else's results;
     scenario: the whole configuration as used, robot: the robot's description, where it is known, and scenario_hash the
-    content hash of both; rounds: those that count (M),
-    without the priming round; latency: fixed, measured or zero (design D3); complete: every goal of every round was
-    reached; failure: in a sentence, what ended the run early; simulated_s: simulated time of the whole run, wall_s:
-    what that took on this machine, compute_s: the method's own share of it; method_peak_bytes: most memory resident in
-    the method's process, of all its starts; own_peak_bytes: in the benchmark's, since that began.
+    content hash of both, world included; spec_hash: of all that could change the result, and behaviour: the version of
+    this package's code as far as results go (None of runs that were not driven here, or before there was one);
+    rounds: those that count (M), without the priming round; latency: fixed, measured or zero (design D3); complete:
+    every goal of every round was reached; failure: in a sentence, what ended the run early; simulated_s: simulated time
+    of the whole run, wall_s: what that took on this machine, compute_s: the method's own share of it;
+    method_peak_bytes: most memory resident in the method's process, of all its starts; own_peak_bytes: in the
+    benchmark's, since that began.
     truth_frame: `map`, or `waypoint` if true poses are in a frame of each waypoint's own, whose place in `map` is not
     known: then arrivals compare with one another, but not with the goal or with an estimate. unjudged: goals that leave
     all denominators, with the reason, such as those that no camera watched.
@@ -47,6 +49,8 @@ class Manifest(_Part):
     scenario_name: str
     scenario: dict[str, Any]
     scenario_hash: str
+    spec_hash: str | None = None
+    behaviour: int | None = None
     robot: dict[str, Any] | None = None
     method: str
     method_card: dict[str, Any]

@@ -11,6 +11,7 @@ is newer than a queued frame waits behind it.
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from dataclasses import dataclass
 from enum import StrEnum
@@ -40,6 +41,19 @@ class LatencyModel:
     def __post_init__(self) -> None:
         if not 0 < self.cpu_scale < 1e6:
             raise InputError(f"cpu_scale is {self.cpu_scale}; expected a positive number")
+
+    @property
+    def words(self) -> str:
+        """As run.json says it: fixed, zero, or `measured x 4`."""
+        return f"measured x {self.cpu_scale:g}" if self.mode is LatencyMode.MEASURED else self.mode.value
+
+    @classmethod
+    def of(cls, words: str) -> LatencyModel:
+        """The model of such words. Raises InputError."""
+        found = re.fullmatch(r"\s*(fixed|zero|measured)(?:\s*x\s*(\d+(?:\.\d+)?))?\s*", words)
+        if found is None or (found[2] and found[1] != LatencyMode.MEASURED):
+            raise InputError(f"latency '{words}': expected fixed, zero, measured, or measured x 4 (times slower)")
+        return cls(LatencyMode(found[1]), float(found[2] or 1.0))
 
     def before(self, card_latency: float) -> int | None:
         """Latency in ns of any frame, or None while only the method's own compute time can tell."""

@@ -1,4 +1,6 @@
-"""One job of a suite in a process of its own: `python -m taskslam.benchmark.worker PARENT`, the order on stdin as JSON.
+"""One run in a process of its own: `python -m taskslam.benchmark.engines.worker PARENT`, the order on stdin as JSON.
+
+The order: `spec`, the run as `RunSpec.to_json` says it; `out`; `folders`, where worlds and maps lie.
 
 Prints progress as JSON lines. Exit status as the command line's: 0 complete, 1 not all goals reached, 2 refused,
 3 infrastructure.
@@ -11,14 +13,13 @@ import sys
 import time
 from pathlib import Path
 
-from taskslam.benchmark.run import RunRequest, run
-from taskslam.benchmark.stage import set_stage
+from taskslam.benchmark.run import run
+from taskslam.benchmark.spec import RunSpec
+from taskslam.benchmark.stage import stage_of
 from taskslam.errors import TaskSlamError
 from taskslam.measurements import NANOSECONDS
-from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.processes.confine import die_with_parent
-from taskslam.scenario import load_scenario
 
 _EVERY = 1.0  # s of wall time between two lines of progress
 
@@ -55,16 +56,14 @@ def _say(line: dict[str, object]) -> None:
 
 
 def main() -> int:
-    """Run the job that stands on stdin; the exit status."""
+    """Drive the run that stands on stdin; the exit status."""
     die_with_parent(int(sys.argv[1]))
     order = json.load(sys.stdin)
-    job = order["job"]
     observer = _Reporter()
     try:
-        scenario = load_scenario(job["scenario"], job["overrides"])
-        stage = set_stage(scenario, [Path(path) for path in order["world_paths"]], observer)
-        request = RunRequest(job["method"], Mode(job["mode"]), job["seed"])
-        _, complete = run(stage, request, Path(order["out"]), observer)
+        spec = RunSpec.from_json(order["spec"])
+        stage = stage_of(spec, [Path(folder) for folder in order["folders"]], observer)
+        _, complete = run(stage, spec, Path(order["out"]), observer)
     except TaskSlamError as error:
         sys.stderr.write(f"{error}\n")
         return error.exit_status if error.exit_status != 1 else 3
