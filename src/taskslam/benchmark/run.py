@@ -13,7 +13,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from taskslam import __version__
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.spec import RunSpec, run_folder
@@ -33,6 +32,7 @@ from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.registry import load_method
 from taskslam.task import Mode
+from taskslam.version import __version__
 from taskslam.world.map_server import save_floor_plan
 
 SPEC = "spec.json"

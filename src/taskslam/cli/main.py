@@ -6,7 +6,6 @@ import sys
 
 import typer
 
-from taskslam import __version__
 from taskslam.cli import (
     camera,
     compare,
@@ -28,6 +27,7 @@ from taskslam.cli import (
     worlds,
 )
 from taskslam.errors import TaskSlamError
+from taskslam.version import __version__
 
 app = typer.Typer(
     name="taskslam",

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from taskslam import __version__
 from taskslam.evaluation.missing import FEWEST
 from taskslam.files import writing
 from taskslam.geometry import SE2, mean_heading
@@ -35,6 +34,7 @@ from taskslam.record import (
     RunEnded,
     RunWriter,
 )
+from taskslam.version import __version__
 
 Key = tuple[int, int]
 """Round and goal."""

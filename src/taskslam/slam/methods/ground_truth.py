@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import taskslam
 from taskslam.measurements import Measurement, Sensor, TruePose
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MethodCard, PoseEstimate, SlamMethod, Status
+from taskslam.version import __version__
 
 
 class GroundTruth(SlamMethod):
@@ -13,7 +13,7 @@ class GroundTruth(SlamMethod):
 
     card = MethodCard(
         name="ground_truth",
-        version=taskslam.__version__,
+        version=__version__,
         licence="Apache-2.0",
         kind=Kind.REFERENCE,
         sensors=(Sensor.TRUE_POSE,),

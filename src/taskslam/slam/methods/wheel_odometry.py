@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import taskslam
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement, Sensor, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MethodCard, PoseEstimate, SlamMethod, Status
+from taskslam.version import __version__
 
 
 class WheelOdometryMethod(SlamMethod):
@@ -14,7 +14,7 @@ class WheelOdometryMethod(SlamMethod):
 
     card = MethodCard(
         name="wheel_odometry",
-        version=taskslam.__version__,
+        version=__version__,
         licence="Apache-2.0",
         kind=Kind.ODOMETRY,
         sensors=(Sensor.WHEEL_ODOMETRY,),

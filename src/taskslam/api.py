@@ -1,0 +1,166 @@
+"""What `import taskslam` gives: the benchmark as a handful of functions on values.
+
+    spec = taskslam.tour("house", "karto", mode="without-map", rounds=2)
+    run = taskslam.run(spec, out="results")
+    results = taskslam.load("results")
+    results.metrics.to_pandas()
+
+The command line does the same with the same words. docs/python.md shows each function at work.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from taskslam.benchmark.run import run as _drive
+from taskslam.benchmark.spec import RunSpec
+from taskslam.benchmark.stage import set_stage, stage_of
+from taskslam.errors import InputError, did_you_mean
+from taskslam.evaluation.evaluate import evaluate_runs, load_metrics
+from taskslam.evaluation.gate import DEFAULT_RULES, GateReport, judge, parse_rules
+from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
+from taskslam.evaluation.metrics_file import write_metrics as _write_metrics
+from taskslam.mode import Mode
+from taskslam.observer import Observer
+from taskslam.scenario import load_scenario
+from taskslam.slam.guest.latency import LatencyModel
+from taskslam.table import Table
+
+__all__ = ["Results", "RunSpec", "Table", "compare", "evaluate", "load", "run", "tour"]
+
+Folder = str | Path
+
+
+def tour(
+    scenario: Folder,
+    method: str,
+    mode: str = Mode.WITHOUT_MAP,
+    seed: int = 0,
+    rounds: int | None = None,
+    options: Mapping[str, Any] | None = None,
+    latency: str = "fixed",
+    settings: Mapping[str, Any] | None = None,
+    world_paths: Sequence[Folder] = (),
+) -> RunSpec:
+    """The spec of a tour: what `run` drives.
+
+    scenario: a shipped name or a YAML file; mode: `without-map` or `with-map`; rounds: those that count, by default the
+    scenario's; options: the method's own; latency: `fixed`, `zero`, `measured` or `measured x 4`; settings: scenario
+    keys, `{"protocol.pause": 2}`; world_paths: where your copies of Gazebo worlds lie.
+
+    Raises InputError (one sentence: what, where, what was expected) before anything is driven.
+    """
+    overrides = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
+    if rounds is not None:
+        overrides.append(f"protocol.rounds={rounds}")
+    delay = LatencyModel.of(latency)
+    stage = set_stage(load_scenario(scenario, overrides), [Path(path) for path in world_paths], Observer())
+    return stage.spec(method, _mode(mode), seed, options, delay)
+
+
+def run(
+    spec: RunSpec,
+    out: Folder = "results",
+    world_paths: Sequence[Folder] = (),
+    overwrite: bool = False,
+    observer: Observer | None = None,
+) -> Results:
+    """Drive a run, in this process, and load it. A finished run of the same spec under `out` is kept.
+
+    Raises InputError, RecordError (another run stands there), InfrastructureError; a method that fails is a result.
+    """
+    observer = observer or Observer()
+    stage = stage_of(spec, [Path(path) for path in world_paths], observer)
+    directory, _ = _drive(stage, spec, Path(out), observer, overwrite)
+    return load(directory)
+
+
+def load(*folders: Folder) -> Results:
+    """Everything that was run in these folders, at any depth, evaluated.
+
+    Raises RecordError if there is nothing; a run that cannot be read is named in `left_out`.
+    """
+    return Results(evaluate_runs([Path(folder) for folder in folders]))
+
+
+def evaluate(folder: Folder) -> MetricsFile:
+    """Evaluate a folder of runs and write metrics.json into it, as `taskslam evaluate` does. Raises RecordError."""
+    metrics = evaluate_runs([Path(folder)])
+    _write_metrics(Path(folder), metrics)
+    return metrics
+
+
+def compare(base: Folder, new: Folder, fail_on: str = DEFAULT_RULES) -> GateReport:
+    """Did results get worse? Folders of runs, or metrics.json files; the report says `passed` and every finding.
+
+    fail_on: rules as `taskslam compare --fail-on` takes them. Raises InputError, RecordError.
+    """
+    rules = parse_rules(fail_on)
+    old, fresh = load_metrics(Path(base)), load_metrics(Path(new))
+    return judge(old.runs, fresh.runs, rules, fresh.left_out)
+
+
+@dataclass(frozen=True)
+class Results:
+    """Evaluated runs: as tables of plain arrays, and behind them every number of metrics.json (`file`)."""
+
+    file: MetricsFile
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Folders that could not be evaluated, and why."""
+        return self.file.left_out
+
+    @cached_property
+    def runs(self) -> Table:
+        """One row a run: what was run, how it ended, what it took."""
+        names = (
+            "directory", "scenario", "method", "mode", "seed", "rounds", "options", "latency", "planner", "robot",
+            "complete_waypoints", "planned_waypoints", "failures", "frames", "dropped_frames", "simulated_s", "wall_s",
+            "compute_s", "method_peak_bytes",
+        )  # fmt: skip
+        return Table.of_rows(
+            names,
+            (
+                (
+                    run.directory, run.scenario, run.method, run.mode, run.seed, run.rounds,
+                    json.dumps(run.method_options, sort_keys=True), run.latency, run.planner, run.robot,
+                    run.complete_waypoints, run.planned_waypoints, len(run.failures), run.frames, run.dropped_frames,
+                    run.simulated_s, run.wall_s, run.compute_s, run.method_peak_bytes,
+                )
+                for run in self.file.runs
+            ),
+        )  # fmt: skip
+
+    @cached_property
+    def arrivals(self) -> Table:
+        """One row an arrival in a round that counts: metres and radians in `map`, NaN where a pose is not known.
+
+        waypoint counts from 1, as on figures; round as in the journal, where a priming round is round 0.
+        """
+        names = (*_KEY, "waypoint", "round", "t_s", *(f"{whose}_{what}" for whose in _POSES for what in _POSE))
+        return Table.of_rows(names, (row for run in self.file.runs for row in _arrivals(run)))
+
+
+_KEY = ("scenario", "method", "mode", "seed")
+_POSES, _POSE = ("target", "truth", "estimate", "odometry"), ("x", "y", "theta")
+
+
+def _arrivals(run: RunMetrics) -> Iterator[tuple[object, ...]]:
+    unknown = (None, None, None)
+    for waypoint in run.waypoints:
+        for visit in waypoint.arrivals:
+            poses = (waypoint.target, visit.truth, visit.estimate, visit.odometry)
+            numbers = [number for pose in poses for number in (pose or unknown)]
+            yield (run.scenario, run.method, run.mode, run.seed, waypoint.goal + 1, visit.round, visit.t_s, *numbers)
+
+
+def _mode(word: str) -> Mode:
+    if word not in list(Mode):
+        raise InputError(f"mode '{word}': expected {' or '.join(Mode)}.{did_you_mean(word, Mode)}")
+    return Mode(word)
