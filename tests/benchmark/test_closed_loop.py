@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.run import SPEC, run
+from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import RecordError
@@ -95,7 +97,7 @@ def test_the_same_seed_writes_the_same_journal_whatever_the_hash_seed_and_thread
     assert journal("third", 8, "0", "1") != first
 
 
-class LyingPlatform(Simulator):
+class LyingPlatform(SimulatedPlatform):
     """Tells the record a truth that is wrong; nothing that steers may notice."""
 
     def true_pose(self) -> SE2:
@@ -106,8 +108,8 @@ def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage
     """With a false truth in the record, every estimate, command and arrival time stays the same, bit for bit."""
     stage = make_stage(rounds=1)
 
-    def steer(kind: type[Simulator], name: str) -> tuple[list[object], int]:
-        platform = kind(stage.world, stage.robot, seed=3)
+    def steer(kind: type[SimulatedPlatform], name: str) -> tuple[list[object], int]:
+        platform = kind(Simulator(stage.world, stage.robot, seed=3))
         commands: list[object] = []
         original = platform.drive
 
@@ -118,15 +120,17 @@ def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage
         platform.drive = drive_and_note  # type: ignore[method-assign]
         with RunWriter(tmp_path / name) as record:
 
-            def method() -> MethodHost:
-                return MethodHost("karto", {}, stage.robot.rig, record.method_log, LatencyModel())
+            def traveller() -> ClosedLoop:
+                method = MethodHost("karto", {}, stage.robot.rig, record.method_log, LatencyModel())
+                navigator, start = Navigator(stage.plan, stage.robot), stage.scenario.start.pose
+                return ClosedLoop(platform, method, navigator, record, start, Observer())
 
-            tour = Tour(stage.scenario, platform, Navigator(stage.plan, stage.robot), method, record, Observer())
+            tour = Tour(stage.scenario, platform, traveller, record, Observer())
             drive_tour(tour, Mode.WITHOUT_MAP)
             journal = (record.folder / "journal.jsonl").read_text()
         return commands, journal.count('"arrival"')
 
-    honest_commands, arrivals = steer(Simulator, "honest")
+    honest_commands, arrivals = steer(SimulatedPlatform, "honest")
     lying_commands, _ = steer(LyingPlatform, "lying")
     assert arrivals == 3
     assert honest_commands == lying_commands

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.run import build_simulator, record_tour
+from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
@@ -74,43 +75,27 @@ class _EnoughError(Exception):
     """The time that was asked for is over."""
 
 
-class _Recorded:
-    """The simulator as a platform, with a writer that hears what its sensors say until `until` (ns)."""
+class _Recorded(SimulatedPlatform):
+    """The simulator, with a writer that hears what its sensors say until `until` (ns)."""
 
     def __init__(
         self, simulator: Simulator, writer: DatasetWriter, wanted: frozenset[Sensor], until: int | None
     ) -> None:
-        self._simulator = simulator
+        super().__init__(simulator)
         self._writer = writer
         self._wanted = wanted
         self._until = until
 
-    @property
-    def now(self) -> int:
-        return self._simulator.now
-
-    def reset(self, pose: SE2) -> None:
-        self._simulator.reset(pose)
-
     def advance(self, until: int) -> Iterator[Measurement]:
         """As the simulator's. Raises _EnoughError at the first measurement that is too late to be recorded."""
-        for measurement in self._simulator.advance(until):
+        for measurement in super().advance(until):
             if self._until is not None and measurement.stamp > self._until:
                 raise _EnoughError
             if measurement.sensor in self._wanted:
                 self._writer.measurement(measurement)
             if isinstance(measurement, WheelOdometry):
-                self._writer.truth(measurement.stamp, self._simulator.true_pose())
+                self._writer.truth(measurement.stamp, self.true_pose())
             yield measurement
-
-    def drive(self, linear: float, angular: float) -> None:
-        self._simulator.drive(linear, angular)
-
-    def true_pose(self) -> SE2:
-        return self._simulator.true_pose()
-
-    def bumped(self) -> bool:
-        return self._simulator.bumped()
 
 
 def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer | None = None) -> bool:

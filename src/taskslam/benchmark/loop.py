@@ -6,10 +6,9 @@ platform; the true pose goes from the platform to the record, and to a method on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.plausibility import Plausibility
+from taskslam.benchmark.traveller import Effort, Journey, Poses
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, LaserScan, Measurement, TruePose, WheelOdometry
 from taskslam.navigation.localization import Correction, Localization
@@ -25,17 +24,8 @@ TICK = NANOSECONDS // 20  # the velocity smoother's 20 Hz: the loop's beat
 _SILENT = 2 * NANOSECONDS  # without an estimate for so long, a failed goal is the method's: it was lost
 
 
-@dataclass
-class Poses:
-    """Where the robot is, thinks it is, and has counted itself to be; all in `map`."""
-
-    truth: SE2 | None
-    estimate: SE2
-    odometry: SE2
-
-
 class ClosedLoop:
-    """One SLAM method steering one platform, from the start pose on. A new one for every reset."""
+    """One SLAM method steering one platform, from the start pose on: our traveller."""
 
     def __init__(
         self,
@@ -44,36 +34,55 @@ class ClosedLoop:
         navigator: Navigator,
         record: RunWriter,
         start: SE2,
-        round_number: int,
         observer: Observer,
     ) -> None:
         self.platform = platform
         self.method = method
         self.navigator = navigator
         self.record = record
-        self.start = start
-        self.round = round_number
+        self.origin = start
         self.observer = observer
-        self.localization = Localization(start)
-        self.plausibility = Plausibility()
-        self.odometry = WheelOdometry(platform.now, SE2(), 0.0, 0.0)
-        self.last_estimate = platform.now
-        self.status = Status.STARTING
-        self.is_reference = method.card.kind is Kind.REFERENCE
+        self.round = 0
+        self._forget()
 
-    def go_to(self, goal: SE2) -> Step:
-        """Drive to `goal` (in `map`) until navigation says that it is reached, or why not."""
+    def start(self, still_s: float) -> None:
+        """Put the robot down, start the method, and stand still as long as both need."""
+        self.platform.place(self.origin)
+        self.navigator.reset()
+        self.method.start()
+        self._forget()
+        self.wait(max(still_s, self.method.card.needs_still_start))
+
+    def begin_round(self, number: int) -> None:
+        """What is recorded from now on belongs to this round."""
+        self.round = number
+
+    def go_to(self, goal: SE2) -> Journey:
+        """Drive to `goal` (in `map`) until navigation says that it is reached, or why not; then the robot stands."""
         self.navigator.start_goal(goal, self.platform.now)
         while True:
             step = self.tick()
             if step.outcome is not None:
-                return self._blame(step)
+                return self._blame(step.outcome, step.detail)
 
     def wait(self, seconds: float) -> None:
         """Stand still for so many simulated seconds; sensors and SLAM go on."""
         until = self.platform.now + round(seconds * NANOSECONDS)
         while self.platform.now < until:
             self.tick()
+
+    def poses(self) -> Poses:
+        """True, SLAM-based and odometry pose of this instant, in `map`."""
+        return Poses(self.platform.true_pose(), self.localization.T_map_base(), self.origin @ self.odometry.T_odom_base)
+
+    def effort(self) -> Effort:
+        """Frames and compute time of the method so far."""
+        method = self.method
+        return Effort(method.frames, method.dropped_frames, method.compute_s, method.peak_memory)
+
+    def stop(self) -> None:
+        """End the method."""
+        self.method.stop()
 
     def tick(self) -> Step:
         """One beat: measurements in, estimates in, one decision out."""
@@ -94,9 +103,12 @@ class ClosedLoop:
         self.observer.ticked(until)
         return step
 
-    def poses(self) -> Poses:
-        """True, SLAM-based and odometry pose of this instant, in `map`."""
-        return Poses(self.platform.true_pose(), self.localization.T_map_base(), self.start @ self.odometry.T_odom_base)
+    def _forget(self) -> None:
+        self.localization = Localization(self.origin)
+        self.plausibility = Plausibility()
+        self.odometry = WheelOdometry(self.platform.now, SE2(), 0.0, 0.0)
+        self.last_estimate = self.platform.now
+        self.status = Status.STARTING
 
     def _sense(self, measurement: Measurement) -> None:
         if isinstance(measurement, WheelOdometry):
@@ -109,14 +121,19 @@ class ClosedLoop:
                 self.navigator.sense(measurement, self.localization.T_map_odom, T_odom_base)
         self.method.feed(measurement)
 
+    @property
+    def is_reference(self) -> bool:
+        """Whether the method is one that is told the truth."""
+        return self.method.card.kind is Kind.REFERENCE
+
     def _trace(self, odometry: WheelOdometry) -> None:
         truth = self.platform.true_pose()
-        self.record.pose("odometry", self.round, odometry.stamp, self.start @ odometry.T_odom_base)
+        self.record.pose("odometry", self.round, odometry.stamp, self.origin @ odometry.T_odom_base)
         if truth is None:
             return
         self.record.pose("truth", self.round, odometry.stamp, truth)
         if self.is_reference:
-            self.method.feed(TruePose(odometry.stamp, self.start.inverse() @ truth))
+            self.method.feed(TruePose(odometry.stamp, self.origin.inverse() @ truth))
 
     def _localise(self, estimate: PoseEstimate) -> None:
         if estimate.status is not self.status:
@@ -133,18 +150,17 @@ class ClosedLoop:
         if doubt := self.plausibility.doubt(estimate.stamp, self.localization.T_map_odom, T_odom_base):
             self._notice(doubt)
         self.last_estimate = estimate.stamp
-        self.record.pose("estimate", self.round, estimate.stamp, self.start @ T_start_base)
+        self.record.pose("estimate", self.round, estimate.stamp, self.origin @ T_start_base)
 
     def _notice(self, text: str) -> None:
         self.record.event(MethodNotice(self.platform.now, self.round, text))
 
-    def _blame(self, step: Step) -> Step:
+    def _blame(self, outcome: Outcome, detail: str) -> Journey:
         """A goal that fails while the method is lost or silent is the method's failure (design D6)."""
-        if step.outcome is Outcome.REACHED:
-            return step
+        if outcome is Outcome.REACHED:
+            return Journey(outcome, detail)
         silent = self.platform.now - self.last_estimate
         if self.status is not Status.LOST and silent <= _SILENT:
-            return step
+            return Journey(outcome, detail)
         why = "lost" if self.status is Status.LOST else "silent"
-        detail = f"the method was {why} for {silent / NANOSECONDS:.1f} s; then {step.outcome}: {step.detail}"
-        return Step(step.linear, step.angular, Outcome.LOST, detail)
+        return Journey(Outcome.LOST, f"the method was {why} for {silent / NANOSECONDS:.1f} s; then {outcome}: {detail}")

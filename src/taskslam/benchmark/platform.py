@@ -1,23 +1,45 @@
-"""`Platform`: the robot, real or simulated. Navigation and protocol never know which."""
+"""`Platform`: the robot, real or simulated, with a life of its own. Navigation and protocol never know which.
+
+with platform:                      # open; on the way out, whatever happened, halt and close
+platform.place(start)
+for measurement in platform.advance(until):
+...
+platform.drive(0.2, 0.0)
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Protocol
+from datetime import datetime
+from types import TracebackType
+from typing import Protocol, Self
 
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
+from taskslam.record.manifest import DrivenBy
 
 
 class Platform(Protocol):
-    """What the closed loop needs of a robot. Times are integer nanoseconds."""
+    """What the protocol needs of a robot. Times are integer nanoseconds since `zero_utc`.
+
+    driven_by: for run.json, what drove.
+    """
+
+    driven_by: DrivenBy
+
+    @property
+    def zero_utc(self) -> datetime:
+        """What t = 0 was, in UTC; known once the platform is open."""
 
     @property
     def now(self) -> int:
         """The platform's time."""
 
-    def reset(self, pose: SE2) -> None:
-        """Put the robot at `pose` in `map`, at rest, odometry zeroed."""
+    def open(self) -> None:
+        """Get ready: connect, start sensors. Raises InfrastructureError."""
+
+    def place(self, pose: SE2) -> None:
+        """Begin at `pose` in `map`, at rest, odometry zeroed: put the robot there, or wait until it stands there."""
 
     def advance(self, until: int) -> Iterator[Measurement]:
         """Let time run to `until`, yielding measurements in stamp order."""
@@ -25,8 +47,24 @@ class Platform(Protocol):
     def drive(self, linear: float, angular: float) -> None:
         """Command body velocities, m/s and rad/s."""
 
+    def halt(self) -> None:
+        """Zero speed at once, whatever happened before; also while nothing else answers."""
+
     def true_pose(self) -> SE2 | None:
         """The true pose in `map`, where it is known; only the record may ask."""
 
     def bumped(self) -> bool:
         """Whether the bumper was pressed since the last call."""
+
+    def close(self) -> None:
+        """Let go of everything; the robot stands. May be called more than once."""
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
+        try:
+            self.halt()
+        finally:
+            self.close()

@@ -10,28 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from taskslam.benchmark.loop import ClosedLoop, Poses
 from taskslam.benchmark.platform import Platform
+from taskslam.benchmark.traveller import Effort, Poses, Traveller
 from taskslam.geometry import SE2
-from taskslam.navigation.navigator import Navigator
+from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, GoalStarted, RoundEnded, RoundStarted, RunEnded
 from taskslam.record.run_directory import RunWriter
-from taskslam.scenario import Scenario
 from taskslam.slam.guest.failure import MethodFailedError
-from taskslam.slam.guest.host import MethodHost
-from taskslam.task import Mode, OnFailure
+from taskslam.task import OnFailure, Task
 
 
 @dataclass
 class Tour:
-    """One run's cast: everything that a round needs, and the counters that it leaves."""
+    """One run's cast: everything that a round needs, and the counters that it leaves.
 
-    scenario: Scenario
+    new_traveller: a fresh one for every lifetime.
+    """
+
+    task: Task
     platform: Platform
-    navigator: Navigator
-    new_method: Callable[[], MethodHost]
+    new_traveller: Callable[[], Traveller]
     record: RunWriter
     observer: Observer
     last_failure: str | None = None
@@ -51,109 +51,98 @@ def drive_tour(tour: Tour, mode: Mode) -> bool:
 
 def _without_map(tour: Tour) -> bool:
     complete = True
-    rounds = tour.scenario.protocol.rounds
+    rounds = tour.task.protocol.rounds
     for number in range(rounds):
         tour.observer.round_begins(number, rounds, priming=False)
         tour.record.event(RoundStarted(tour.platform.now, number, priming=False))
-        complete = _guarded(tour, number, [(number, False)]) and complete
+        complete = _guarded(tour, [(number, False)]) and complete
     return complete
 
 
 def _with_map(tour: Tour) -> bool:
-    rounds = tour.scenario.protocol.rounds
+    rounds = tour.task.protocol.rounds
     numbers = [(number, number == 0) for number in range(rounds + 1)]
     tour.observer.round_begins(0, rounds + 1, priming=True)
     tour.record.event(RoundStarted(tour.platform.now, 0, priming=True))
-    return _guarded(tour, 0, numbers)
+    return _guarded(tour, numbers)
 
 
-def _guarded(tour: Tour, first: int, numbers: list[tuple[int, bool]]) -> bool:
+def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
     """One SLAM lifetime over these rounds; a method that fails ends it, and its failure is recorded."""
-    state = _Lifetime(tour, tour.new_method(), first)
+    life = _Lifetime(tour, tour.new_traveller(), numbers[0][0])
     try:
-        return state.live(numbers)
+        return life.live(numbers)
     except MethodFailedError as failure:
-        state.end_by(failure)
+        life.end_by(failure)
         return False
     finally:
-        state.method.stop()
-        tour.compute_s += state.method.compute_s
-        tour.method_peak_bytes = max(tour.method_peak_bytes, state.method.peak_memory)
+        life.traveller.stop()
+        effort = life.traveller.effort()
+        tour.compute_s += effort.compute_s
+        tour.method_peak_bytes = max(tour.method_peak_bytes, effort.peak_memory)
 
 
 class _Lifetime:
-    """One start of the SLAM method until its end: one round without map, all rounds with map."""
+    """One start of SLAM until its end: one round without map, all rounds with map."""
 
-    def __init__(self, tour: Tour, method: MethodHost, first_round: int) -> None:
+    def __init__(self, tour: Tour, traveller: Traveller, first_round: int) -> None:
         self.tour = tour
-        self.method = method
+        self.traveller = traveller
         self.round = first_round
-        self.loop: ClosedLoop | None = None
-        self.goal: tuple[int, SE2] | None = None
-        self.counted = (0, 0)
+        self.goal: tuple[int, SE2] = (0, tour.task.goals[0])
+        self.counted = Effort()
 
     def live(self, numbers: list[tuple[int, bool]]) -> bool:
-        """Reset, start the method, drive the rounds one after the other; whether every goal was reached."""
-        tour, start = self.tour, self.tour.scenario.start.pose
-        tour.platform.reset(start)
-        tour.navigator.reset()
-        self.method.start()
-        self.loop = ClosedLoop(
-            tour.platform, self.method, tour.navigator, tour.record, start, numbers[0][0], tour.observer
-        )
-        self.loop.wait(max(tour.scenario.protocol.still_start, self.method.card.needs_still_start))
+        """Start, then drive the rounds one after the other; whether every goal was reached."""
+        tour, traveller = self.tour, self.traveller
+        traveller.begin_round(self.round)
+        traveller.start(tour.task.protocol.still_start)
         complete = True
         for number, priming in numbers:
             if number != numbers[0][0]:
                 tour.observer.round_begins(number, len(numbers), priming)
                 tour.record.event(RoundStarted(tour.platform.now, number, priming))
-            self.round = self.loop.round = number
-            outcome = self._round(self.loop)
+            self.round = number
+            traveller.begin_round(number)
+            outcome = self._round()
             self._end_round(outcome)
             if outcome is not Outcome.REACHED:
                 complete = False
-                if tour.scenario.protocol.on_failure is OnFailure.ABORT:
+                if tour.task.protocol.on_failure is OnFailure.ABORT:
                     break
         return complete
 
-    def _round(self, loop: ClosedLoop) -> Outcome:
-        protocol = self.tour.scenario.protocol
-        goals = self.tour.scenario.sequence.goals
+    def _round(self) -> Outcome:
+        tour, protocol = self.tour, self.tour.task.protocol
+        goals = tour.task.goals
         outcome = Outcome.REACHED
-        for index, waypoint in enumerate(goals):
-            target = waypoint.pose
+        for index, target in enumerate(goals):
             self.goal = (index, target)
-            self.tour.observer.heading_for(index, len(goals))
-            self.tour.record.event(GoalStarted(self.tour.platform.now, loop.round, index, target))
-            step = loop.go_to(target)
-            if step.outcome is Outcome.REACHED:
-                loop.wait(protocol.pause)
-                at = loop.poses()
-                self.tour.record.event(
-                    Arrival(self.tour.platform.now, loop.round, index, target, at.truth, at.estimate, at.odometry)
+            tour.observer.heading_for(index, len(goals))
+            tour.record.event(GoalStarted(tour.platform.now, self.round, index, target))
+            journey = self.traveller.go_to(target)
+            if journey.outcome is Outcome.REACHED:
+                self.traveller.wait(protocol.pause)
+                at = self.traveller.poses()
+                tour.record.event(
+                    Arrival(tour.platform.now, self.round, index, target, at.truth, at.estimate, at.odometry)
                 )
                 continue
-            outcome = step.outcome or Outcome.NO_CONTROL
-            self._failed(outcome, step.detail, loop.poses())
+            outcome = journey.outcome
+            self._failed(outcome, journey.detail, self.traveller.poses())
             if protocol.on_failure is OnFailure.ABORT:
                 for never_tried in range(index + 1, len(goals)):
-                    self.tour.record.event(GoalSkipped(self.tour.platform.now, loop.round, never_tried))
+                    tour.record.event(GoalSkipped(tour.platform.now, self.round, never_tried))
                 break
         return outcome
 
     def end_by(self, failure: MethodFailedError) -> None:
         """Record that the method itself ended this lifetime."""
-        if self.loop is not None and self.goal is not None:
-            self._failed(failure.outcome, failure.detail, self.loop.poses())
-        else:
-            self.goal = (0, self.tour.scenario.sequence.goals[0].pose)
-            start = self.tour.scenario.start.pose
-            self._failed(failure.outcome, failure.detail, Poses(self.tour.platform.true_pose(), start, start))
+        self._failed(failure.outcome, failure.detail, self.traveller.poses())
         self._end_round(failure.outcome)
 
     def _failed(self, outcome: Outcome, detail: str, at: Poses) -> None:
-        tour = self.tour
-        index, target = self.goal or (0, tour.scenario.start.pose)
+        tour, (index, target) = self.tour, self.goal
         tour.record.event(
             GoalFailed(
                 tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry
@@ -163,9 +152,10 @@ class _Lifetime:
         tour.observer.notice(tour.last_failure)
 
     def _end_round(self, outcome: Outcome) -> None:
-        frames = self.method.frames - self.counted[0]
-        dropped = self.method.dropped_frames - self.counted[1]
-        self.counted = (self.method.frames, self.method.dropped_frames)
+        effort = self.traveller.effort()
+        frames = effort.frames - self.counted.frames
+        dropped = effort.dropped_frames - self.counted.dropped_frames
+        self.counted = effort
         self.tour.frames += frames
         self.tour.dropped_frames += dropped
         self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))

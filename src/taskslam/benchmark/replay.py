@@ -24,7 +24,7 @@ from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.processes.memory import own_peak_memory
-from taskslam.record import Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
+from taskslam.record import DrivenBy, Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
 from taskslam.slam import MapMode, MethodCard
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import Limits, MethodHost
@@ -97,6 +97,7 @@ class _Replay:
         self._record.finish(
             Manifest(
                 **said_by(self._spec),
+                driven_by=DrivenBy.RECORDING,
                 scenario={"title": f"{self._dataset.name} (replay)", "dataset": task, "skipped": skipped},
                 versions=versions(),
                 machine=machine(),

@@ -8,13 +8,14 @@ import platform as host_platform
 import time
 from collections.abc import Callable, Collection
 from dataclasses import asdict
-from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
+from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
@@ -96,9 +97,9 @@ def finished_run(directory: Path, spec: RunSpec) -> Manifest | None:
 
 
 def _attempt(stage: Stage, spec: RunSpec, directory: Path, observer: Observer, overwrite: bool, limits: Limits) -> bool:
-    def simulator() -> Simulator:
+    def simulator() -> Platform:
         observer.stage("building the simulator")
-        return build_simulator(stage, spec)
+        return SimulatedPlatform(build_simulator(stage, spec))
 
     return record_tour(stage, spec, simulator, directory, observer, overwrite, limits=limits)
 
@@ -115,23 +116,24 @@ def record_tour(
 ) -> bool:
     """Drive the tour on a platform and leave a finished run at `directory`; whether every goal was reached.
 
-    make_platform: called once, within the run's wall time. drive: what drives the rounds.
+    make_platform: called once, within the run's wall time; opened and closed here. drive: what drives the rounds.
     """
-    started, wall = datetime.now(UTC), time.perf_counter()
-    platform = make_platform()
-    planner = build_planner(stage.scenario.planner, stage.robot)
-    navigator = Navigator(stage.plan, stage.robot, navigation_settings(stage.scenario), planner)
-    with RunWriter(directory, replace=overwrite) as record:
+    wall = time.perf_counter()
+    settings = navigation_settings(stage.scenario)
+    navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
+    with make_platform() as platform, RunWriter(directory, replace=overwrite) as record:
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
-        def new_method() -> MethodHost:
-            return MethodHost(spec.method, spec.options, stage.robot.rig, record.method_log, spec.latency, limits)
+        def traveller() -> ClosedLoop:
+            method = MethodHost(
+                spec.method, spec.options, stage.robot.rig, record.method_log, spec.latency, limits or Limits()
+            )
+            return ClosedLoop(platform, method, navigator, record, stage.scenario.start.pose, observer)
 
-        tour = Tour(stage.scenario, platform, navigator, new_method, record, observer)
+        tour = Tour(stage.scenario, platform, traveller, record, observer)
         complete = drive(tour, spec.mode)
-        wall_s = time.perf_counter() - wall
         save_spec(record.folder, spec)
-        record.finish(manifest_of(stage, spec, tour, complete, platform.now, wall_s, started.isoformat()))
+        record.finish(manifest_of(stage, spec, tour, complete, time.perf_counter() - wall))
     return complete
 
 
@@ -164,19 +166,18 @@ def build_simulator(stage: Stage, spec: RunSpec, also: Collection[Sensor] = ()) 
     return simulator
 
 
-def manifest_of(
-    stage: Stage, spec: RunSpec, tour: Tour, complete: bool, now: int, wall_s: float, started: str
-) -> Manifest:
-    """What goes into run.json. now: ns of simulated time at the end."""
+def manifest_of(stage: Stage, spec: RunSpec, tour: Tour, complete: bool, wall_s: float) -> Manifest:
+    """What goes into run.json."""
     return Manifest(
         **said_by(spec),
+        driven_by=tour.platform.driven_by,
         scenario=stage.scenario.model_dump(mode="json"),
         robot=stage.robot.model_dump(mode="json"),
         versions=versions() | planner_version(stage.scenario.planner),
         machine=machine(),
-        simulated_s=now / NANOSECONDS,
+        simulated_s=tour.platform.now / NANOSECONDS,
         wall_s=wall_s,
-        started_utc=started,
+        started_utc=tour.platform.zero_utc.isoformat(),
         complete=complete,
         failure=tour.last_failure,
         compute_s=tour.compute_s,

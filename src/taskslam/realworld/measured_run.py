@@ -25,6 +25,7 @@ from taskslam.realworld.arrivals import ArrivalLog, LoggedArrival
 from taskslam.realworld.association import MeasuredArrival, Verdict
 from taskslam.record import (
     Arrival,
+    DrivenBy,
     Event,
     GoalFailed,
     GoalSkipped,
@@ -227,6 +228,7 @@ def _manifest(
             "scenario_name": name,
             "scenario": scenario,
             "scenario_hash": hashlib.sha256(json.dumps(scenario, sort_keys=True).encode()).hexdigest(),
+            "driven_by": DrivenBy.ROBOT,
             "method": log.method,
             "method_card": {},
             "mode": log.mode,

@@ -11,7 +11,7 @@ from taskslam.record.events import (
     RoundStarted,
     RunEnded,
 )
-from taskslam.record.manifest import GoalTolerance, Manifest
+from taskslam.record.manifest import DrivenBy, GoalTolerance, Manifest
 from taskslam.record.run_directory import (
     PoseName,
     RunRecord,
@@ -24,6 +24,7 @@ from taskslam.record.trajectories import Trajectory
 
 __all__ = [
     "Arrival",
+    "DrivenBy",
     "Event",
     "GoalFailed",
     "GoalSkipped",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -19,6 +20,15 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+class DrivenBy(StrEnum):
+    """What a record's measurements came from."""
+
+    SIMULATOR = "simulator"
+    RECORDING = "recording"
+    ROBOT = "robot"
+    UNKNOWN = "unknown"
+
+
 class GoalTolerance(_Part):
     """Within which navigation calls a goal reached (protocol D0.9)."""
 
@@ -31,6 +41,7 @@ class Manifest(_Part):
 
     source: where the record comes from: driven in the loop of our `simulation`, an open-loop `replay` of a dataset
     (which has no goals), `measured` on a robot with tags and cameras, or an `import` of somebody else's results;
+    driven_by: what the measurements came from;
     scenario: the whole configuration as used, robot: the robot's description, where it is known, and scenario_hash the
     content hash of both, world included; spec_hash: of all that could change the result, and behaviour: the version of
     this package's code as far as results go (None of runs that were not driven here, or before there was one);
@@ -46,6 +57,7 @@ class Manifest(_Part):
 
     format: Literal["taskslam-run/1"] = RUN_FORMAT
     source: Literal["simulation", "replay", "measured", "import"] = "simulation"
+    driven_by: DrivenBy = DrivenBy.UNKNOWN
     scenario_name: str
     scenario: dict[str, Any]
     scenario_hash: str

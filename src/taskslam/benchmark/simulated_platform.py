@@ -1,0 +1,63 @@
+"""The simulator as a platform: time is simulated, and `zero_utc` is when it was opened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+
+from taskslam.benchmark.platform import Platform
+from taskslam.geometry import SE2
+from taskslam.measurements import Measurement
+from taskslam.record.manifest import DrivenBy
+from taskslam.simulation.simulator import Simulator
+
+
+class SimulatedPlatform(Platform):
+    """A simulator that is built already. No clock is read but once, to say in the record what t = 0 was."""
+
+    driven_by = DrivenBy.SIMULATOR
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._opened = datetime.now(UTC)
+
+    @property
+    def zero_utc(self) -> datetime:
+        """When it was opened."""
+        return self._opened
+
+    @property
+    def now(self) -> int:
+        """Simulated time, ns."""
+        return self._simulator.now
+
+    def open(self) -> None:
+        """Remember what t = 0 is."""
+        self._opened = datetime.now(UTC)
+
+    def place(self, pose: SE2) -> None:
+        """Put the robot down at `pose`; time goes on."""
+        self._simulator.reset(pose)
+
+    def advance(self, until: int) -> Iterator[Measurement]:
+        """Run to `until` (ns), yielding measurements in stamp order."""
+        return self._simulator.advance(until)
+
+    def drive(self, linear: float, angular: float) -> None:
+        """Command body velocities; they lapse after the drive's command timeout."""
+        self._simulator.drive(linear, angular)
+
+    def halt(self) -> None:
+        """Command zero speed."""
+        self._simulator.drive(0.0, 0.0)
+
+    def true_pose(self) -> SE2:
+        """The true pose in `map`."""
+        return self._simulator.true_pose()
+
+    def bumped(self) -> bool:
+        """Whether the robot touched anything since the last call."""
+        return self._simulator.bumped()
+
+    def close(self) -> None:
+        """Nothing is held but memory."""
