@@ -214,6 +214,30 @@ def test_being_lost_is_the_methods_failure_and_a_jump_is_noted(
     assert of_kind(jumps, GoalFailed)[0].outcome.blames in {"navigation", "method"}
 
 
+def test_after_a_failed_goal_the_robot_stands_until_it_is_sent_on(
+    make_stage: Callable[..., Stage], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A goal that lasts 3 s fails at full speed; the next one starts from zero speed."""
+    said: list[tuple[str, float]] = []
+    for name in ("drive", "halt"):
+        original = getattr(SimulatedPlatform, name)
+
+        def note(
+            self: SimulatedPlatform, *velocity: float, name: str = name, original: Callable[..., None] = original
+        ) -> None:
+            said.append((name, velocity[0] if velocity else 0.0))
+            original(self, *velocity)
+
+        monkeypatch.setattr(SimulatedPlatform, name, note)
+    stage = make_stage([[2.5, -1.0, 0.0], [2.8, -1.0, 0.0]], rounds=1, on_failure="skip", goal_timeout=3.0)
+    record = drive(stage, tmp_path, "ground_truth")
+    assert next(failure.outcome for failure in of_kind(record, GoalFailed)) is Outcome.GOAL_TIMEOUT
+    halted = said.index(("halt", 0.0))
+    assert said[halted - 1][1] > 0.1
+    fastest = stage.robot.drive.max_linear_acceleration / 20  # after one beat of the smoother
+    assert said[halted + 1][1] <= fastest + 1e-9
+
+
 def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
     make_stage: Callable[..., Stage], tmp_path: Path
 ) -> None:

@@ -62,7 +62,11 @@ class ClosedLoop:
         self.navigator.start_goal(goal, self.platform.now)
         while True:
             step = self.tick()
+            if step.outcome is Outcome.REACHED:
+                return Journey(step.outcome, step.detail)
             if step.outcome is not None:
+                self.platform.halt()
+                self.navigator.halt()
                 return self._blame(step.outcome, step.detail)
 
     def wait(self, seconds: float) -> None:
@@ -157,8 +161,6 @@ class ClosedLoop:
 
     def _blame(self, outcome: Outcome, detail: str) -> Journey:
         """A goal that fails while the method is lost or silent is the method's failure (design D6)."""
-        if outcome is Outcome.REACHED:
-            return Journey(outcome, detail)
         silent = self.platform.now - self.last_estimate
         if self.status is not Status.LOST and silent <= _SILENT:
             return Journey(outcome, detail)

@@ -143,6 +143,7 @@ class _Lifetime:
 
     def _failed(self, outcome: Outcome, detail: str, at: Poses) -> None:
         tour, (index, target) = self.tour, self.goal
+        tour.platform.halt()
         tour.record.event(
             GoalFailed(
                 tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry

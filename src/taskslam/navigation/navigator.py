@@ -111,6 +111,11 @@ class Navigator:
         self._goal = goal
         self._patience = Patience(self._settings.goal, now)
 
+    def halt(self) -> None:
+        """The goal is dropped and the robot stands: the next command starts from zero speed."""
+        self._smoother.reset()
+        self._forget_goal()
+
     def sense(self, scan: LaserScan, T_map_odom: SE2, T_odom_base: SE2) -> None:
         """Keep a scan for the next costmap update; T_odom_base at the scan's stamp."""
         self._scan = PlacedScan.of(scan, T_map_odom, T_odom_base, self._T_base_laser)
