@@ -44,6 +44,7 @@ def record(scenario_name: str, rounds: int = 1, seed: int = 0) -> Drive:
     stage = set_stage(load_scenario(scenario_name), [world] if world else [], Observer())
     start = stage.scenario.start.pose
     costmap = GlobalCostmap(stage.plan, CostmapSettings())
+    assert stage.world is not None
     simulator = Simulator(stage.world, stage.robot, seed)
     simulator.reset(start)
     measurements: list[Measurement] = []

@@ -65,6 +65,7 @@ def driven(scenario_name: str, method: str, world_paths: list[Path], out: Path) 
     """A run of five rounds without map, and the world it was driven in."""
     stage = set_stage(load_scenario(scenario_name), world_paths, Observer())
     directory, _ = run(stage, stage.spec(method, Mode.WITHOUT_MAP), out / "runs")
+    assert stage.world is not None
     return load_run(directory), stage.world
 
 

@@ -104,6 +104,13 @@ class Protocol(Part):
     still_start: Annotated[float, Field(ge=0, le=60)] = 1.0
 
 
+class GoalTolerance(Part):
+    """Within which navigation calls a goal reached: the published values (protocol 3.1, D0.9)."""
+
+    position_m: Positive = 0.20
+    heading_rad: Positive = 0.25
+
+
 class Task(BaseModel):
     """What every robot can be asked, in any world: what the record and the evaluation need to know of a scenario.
 

@@ -34,9 +34,9 @@ def test_an_estimate_corrects_the_pose_at_its_own_stamp_and_odometry_rides_on_to
     localization = driven()
     estimate = SE2(0.9, 0.1, 0.2)  # of t = 1 s, arriving at t = 3 s
     assert localization.correct(1 * S, estimate) is Correction.APPLIED
-    at_its_stamp = localization.T_map_base_at(1 * S)
-    assert at_its_stamp is not None
-    assert_same(at_its_stamp, START @ estimate)
+    counted = localization.T_odom_base_at(1 * S)
+    assert counted is not None
+    assert_same(localization.T_map_odom @ counted, START @ estimate)
     assert_same(localization.T_map_base(), START @ estimate @ SE2(2.0, 0.0, 0.0))
 
 
@@ -80,7 +80,8 @@ def test_at_the_stamp_of_an_estimate_the_pose_is_the_estimate(start, tenth, esti
     for k in range(31):
         localization.odometry(k * S // 10, SE2(0.1 * k, math.sin(k), 0.3 * k))
     localization.correct(tenth * S // 10, estimate)
-    at = localization.T_map_base_at(tenth * S // 10)
-    assert at is not None
+    counted = localization.T_odom_base_at(tenth * S // 10)
+    assert counted is not None
+    at = localization.T_map_odom @ counted
     wanted = start @ estimate
     assert (at.x, at.y) == pytest.approx((wanted.x, wanted.y), abs=1e-6)

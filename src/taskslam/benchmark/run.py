@@ -17,7 +17,7 @@ from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
-from taskslam.benchmark.stage import Stage
+from taskslam.benchmark.stage import Stage, source_of
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
 from taskslam.files import write_whole
 from taskslam.measurements import NANOSECONDS, Sensor
@@ -32,7 +32,7 @@ from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.registry import load_method
-from taskslam.task import Mode
+from taskslam.task import GoalTolerance, Mode
 from taskslam.version import __version__
 from taskslam.world.map_server import save_floor_plan
 
@@ -150,9 +150,11 @@ def build_simulator(stage: Stage, spec: RunSpec, also: Collection[Sensor] = ()) 
 
     Raises ScenarioError if the robot cannot stand at the start, SimulatorFailedError if it cannot be built.
     """
+    source = source_of(stage.scenario)
+    assert stage.world is not None
     sensors = DEFAULT_SENSORS | set(load_method(spec.method).card.sensors) | set(also)
     try:
-        simulator = Simulator(stage.world, stage.robot, spec.seed, stage.scenario.world.lidar_geometry, sensors)
+        simulator = Simulator(stage.world, stage.robot, spec.seed, source.lidar_geometry, sensors)
     except TaskSlamError:
         raise
     except Exception as error:
@@ -168,9 +170,11 @@ def build_simulator(stage: Stage, spec: RunSpec, also: Collection[Sensor] = ()) 
 
 def manifest_of(stage: Stage, spec: RunSpec, tour: Tour, complete: bool, wall_s: float) -> Manifest:
     """What goes into run.json."""
+    goal = navigation_settings(stage.scenario).goal
     return Manifest(
         **said_by(spec),
         driven_by=tour.platform.driven_by,
+        goal_tolerance=GoalTolerance(position_m=goal.xy_tolerance, heading_rad=goal.yaw_tolerance),
         scenario=stage.scenario.model_dump(mode="json"),
         robot=stage.robot.model_dump(mode="json"),
         versions=versions() | planner_version(stage.scenario.planner),

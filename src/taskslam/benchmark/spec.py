@@ -204,7 +204,7 @@ def _spec(
 def _portable(scenario: Scenario) -> Scenario:
     """The same without paths: files by their names alone."""
     changed: dict[str, Any] = {"robot": Path(scenario.robot).stem}
-    if scenario.world.file is not None and PurePath(scenario.world.file).is_absolute():
+    if scenario.world is not None and scenario.world.file is not None and PurePath(scenario.world.file).is_absolute():
         changed["world"] = scenario.world.model_copy(update={"file": Path(scenario.world.file).name})
     if scenario.floor_plan.map is not None:
         plan = scenario.floor_plan

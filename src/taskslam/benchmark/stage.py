@@ -15,7 +15,7 @@ from taskslam.mode import Mode
 from taskslam.navigation.planners import build_planner
 from taskslam.observer import Observer
 from taskslam.robot import Robot, load_robot
-from taskslam.scenario import Scenario, check_scenario
+from taskslam.scenario import Scenario, WorldSource, check_scenario
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.world import FloorPlan, World
 from taskslam.world.digest import plan_digest, world_digest
@@ -28,17 +28,17 @@ WORLD_PATH_VARIABLE = "TASKSLAM_WORLD_PATH"
 
 @dataclass(frozen=True)
 class Stage:
-    """What every run of a scenario shares."""
+    """What every run of a scenario shares. world: None where the platform brings its own."""
 
     scenario: Scenario
-    world: World
+    world: World | None
     plan: FloorPlan
     robot: Robot
 
     @cached_property
     def digests(self) -> tuple[str, str]:
-        """Of the world and of the floor plan."""
-        return world_digest(self.world), plan_digest(self.plan)
+        """Of the world, empty where the platform brings its own, and of the floor plan."""
+        return "" if self.world is None else world_digest(self.world), plan_digest(self.plan)
 
     def spec(
         self,
@@ -90,8 +90,10 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
 
 def _prepared(scenario: Scenario, robot: Robot, world_paths: Sequence[Path], observer: Observer) -> Stage:
     build_planner(scenario.planner, robot)
-    observer.stage("loading the world")
-    world = load_scenario_world(scenario, world_paths)
+    world = None
+    if scenario.world is not None:
+        observer.stage("loading the world")
+        world = load_scenario_world(scenario, world_paths)
     observer.stage("preparing the floor plan")
     plan = _plan(scenario, world)
     check_scenario(scenario, plan, world, robot)
@@ -99,13 +101,23 @@ def _prepared(scenario: Scenario, robot: Robot, world_paths: Sequence[Path], obs
 
 
 def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path]) -> World:
-    """The world of a scenario, its floor at z = 0. Raises WorldError."""
-    source = scenario.world
+    """The world of a scenario, its floor at z = 0. Raises WorldError; ScenarioError if it names none."""
+    source = source_of(scenario)
     if source.name is not None:
         return load_world(source.name).lowered(source.floor_height)
     file = find_world(scenario, world_paths)
     folders = [file.parent / path for path in source.resource_paths]
     return load_world(file, folders).lowered(source.floor_height)
+
+
+def source_of(scenario: Scenario) -> WorldSource:
+    """Where a scenario's world comes from. Raises ScenarioError if it names none."""
+    if scenario.world is None:
+        raise ScenarioError(
+            f"scenario {scenario.name}: it names no world, and the simulator needs one; expected `world: {{name: ...}}`"
+            " or `world: {file: ...}`"
+        )
+    return scenario.world
 
 
 def find_world(scenario: Scenario, world_paths: Sequence[Path]) -> Path:
@@ -114,12 +126,13 @@ def find_world(scenario: Scenario, world_paths: Sequence[Path]) -> Path:
     Raises:
         WorldError: not found under the given folders nor TASKSLAM_WORLD_PATH; says which repository to clone.
     """
-    name = scenario.world.file or ""
+    source = source_of(scenario)
+    name = source.file or ""
     if (found := find_file(name, world_paths)) is not None:
         return found
     roots = _roots(world_paths)
     looked = ", ".join(str(root) for root in roots) or "nowhere: no folder was given"
-    clone = f" Get it with `git clone {scenario.world.source}`," if scenario.world.source else ""
+    clone = f" Get it with `git clone {source.source}`," if source.source else ""
     raise WorldError(
         f"scenario {scenario.name}: the world file '{name}' was not found (looked in {looked}).{clone} then name the"
         f" folder with --world-path or {WORLD_PATH_VARIABLE}"
@@ -138,7 +151,8 @@ def find_file(name: str, folders: Sequence[Path]) -> Path | None:
 
 def folders_of(scenario: Scenario) -> tuple[Path, ...]:
     """The folders in which files lie that a scenario names by their whole paths."""
-    named = [Path(name) for name in (scenario.world.file, scenario.floor_plan.map) if name is not None]
+    world = scenario.world.file if scenario.world is not None else None
+    named = [Path(name) for name in (world, scenario.floor_plan.map) if name is not None]
     return tuple(path.parent for path in named if path.is_absolute())
 
 
@@ -164,10 +178,10 @@ def _candidates(root: Path, name: str) -> Iterator[Path]:
         yield from sorted(root.glob(pattern))
 
 
-def _plan(scenario: Scenario, world: World) -> FloorPlan:
+def _plan(scenario: Scenario, world: World | None) -> FloorPlan:
     source = scenario.floor_plan
-    if source.map is not None:
-        return load_floor_plan(Path(source.map), free_205=source.free_205)
+    if source.map is not None or world is None:
+        return load_floor_plan(Path(source.map or ""), free_205=source.free_205)
     seed = (scenario.start.x, scenario.start.y)
     plan = slice_floor_plan(world, source.slice_low, source.slice_high, source.resolution, seed_point=seed)
     if not (plan.cells == 0).any():

@@ -113,7 +113,7 @@ def _drive(
     all_complete = True
     with progress(quiet) as observer:
         stage = set_stage(loaded, world_paths, observer)
-        for warning in stage.world.warnings:
+        for warning in stage.world.warnings if stage.world is not None else ():
             observer.notice(warning)
         for way in ways:
             spec = stage.spec(*way)

@@ -49,11 +49,6 @@ class Localization:
         """The robot's SLAM-based pose now: the latest correction, carried on by odometry."""
         return self.T_map_odom @ self.T_odom_base
 
-    def T_map_base_at(self, stamp: int) -> SE2 | None:  # noqa: N802
-        """The SLAM-based pose at an earlier stamp with the present correction; None outside the history."""
-        T_odom_base = self.T_odom_base_at(stamp)
-        return None if T_odom_base is None else self.T_map_odom @ T_odom_base
-
     def odometry(self, stamp: int, T_odom_base: SE2) -> None:
         """Remember an odometry pose (ns). One that is not newer than the newest is dropped."""
         if self._stamps and stamp <= self._stamps[-1]:

@@ -11,6 +11,8 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from taskslam.task import GoalTolerance
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1)]
@@ -99,8 +101,8 @@ class TebSettings(_Part):
 class GoalSettings(_Part):
     """When a goal is reached (protocol 3.1, 3.5) and when it is given up (3.2; recovery behaviours are off)."""
 
-    xy_tolerance: Positive = 0.2
-    yaw_tolerance: Positive = 0.25
+    xy_tolerance: Positive = GoalTolerance().position_m
+    yaw_tolerance: Positive = GoalTolerance().heading_rad
     trans_stopped_velocity: Positive = 0.1  # later releases of teb_local_planner
     theta_stopped_velocity: Positive = 0.1  # later releases of teb_local_planner
     planner_patience: Positive = 5.0

@@ -11,7 +11,7 @@ from taskslam.record.events import (
     RoundStarted,
     RunEnded,
 )
-from taskslam.record.manifest import DrivenBy, GoalTolerance, Manifest
+from taskslam.record.manifest import DrivenBy, Manifest
 from taskslam.record.run_directory import (
     PoseName,
     RunRecord,
@@ -29,7 +29,6 @@ __all__ = [
     "GoalFailed",
     "GoalSkipped",
     "GoalStarted",
-    "GoalTolerance",
     "Manifest",
     "MethodNotice",
     "PoseName",

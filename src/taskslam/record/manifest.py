@@ -10,7 +10,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from taskslam.geometry import SE2
-from taskslam.task import BUILTIN_PLANNER, Mode, Task
+from taskslam.mode import Mode
+from taskslam.task import BUILTIN_PLANNER, GoalTolerance, Task
 from taskslam.user_files import complaint
 
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
@@ -27,13 +28,6 @@ class DrivenBy(StrEnum):
     RECORDING = "recording"
     ROBOT = "robot"
     UNKNOWN = "unknown"
-
-
-class GoalTolerance(_Part):
-    """Within which navigation calls a goal reached (protocol D0.9)."""
-
-    position_m: float = Field(default=0.20, gt=0)
-    heading_rad: float = Field(default=0.25, gt=0)
 
 
 class Manifest(_Part):

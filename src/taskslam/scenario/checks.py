@@ -15,14 +15,15 @@ from taskslam.world.floor_plan import OCCUPIED
 from taskslam.world.slicing import slab_polygons
 
 
-def check_scenario(scenario: Scenario, plan: FloorPlan, world: World, robot: Robot) -> None:
+def check_scenario(scenario: Scenario, plan: FloorPlan, world: World | None, robot: Robot) -> None:
     """Complain before the robot moves rather than after.
 
     Raises:
         FloorPlanError: plan and world do not overlap.
         ScenarioError: the start or a goal lies outside the plan, in or too near to a wall, or cannot be reached.
     """
-    _check_overlap(plan, world, robot)
+    if world is not None:
+        _check_overlap(plan, world, robot)
     clearance = clearance_map(plan)
     places = [("the start", scenario.start)]
     places += [(f"goal {index}", goal) for index, goal in enumerate(scenario.sequence.goals)]

@@ -48,14 +48,24 @@ class FloorPlanSource(Part):
 
 
 class Scenario(Task):
-    """Everything that is held fixed while methods are compared. planner: the local one (`taskslam planners list`)."""
+    """Everything that is held fixed while methods are compared.
+
+    world: None where the platform brings its own, as a real robot does; then `floor_plan.map` says what it looks like.
+    planner: the local one (`taskslam planners list`).
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$")]
-    world: WorldSource
+    world: WorldSource | None = None
     floor_plan: FloorPlanSource = FloorPlanSource()
     robot: str = "turtlebot2"
     planner: str = BUILTIN_PLANNER
     start: Waypoint
     sequence: Sequence
+
+    @model_validator(mode="after")
+    def _some_floor_plan(self) -> Scenario:
+        if self.world is None and self.floor_plan.map is None:
+            raise ValueError("give `world`, or `floor_plan.map` where the robot brings a world of its own")
+        return self

@@ -6,9 +6,9 @@ import pytest
 
 from taskslam.evaluation.metrics_file import ErrorShare, Orientation, Position, Visit, WaypointMetrics
 from taskslam.geometry import SE2
-from taskslam.record import GoalTolerance
 from taskslam.report.page.arrivals_figure import arrivals_figures
 from taskslam.report.units import Units
+from taskslam.task import GoalTolerance
 
 NONE = ErrorShare(position_m=None, heading_rad=None, spread_m=None)
 

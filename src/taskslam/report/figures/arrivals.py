@@ -20,11 +20,11 @@ from matplotlib.patches import Circle, FancyArrowPatch
 
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2
-from taskslam.record import GoalTolerance
 from taskslam.report import palette, words
 from taskslam.report.figures.lettering import draw_title
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, new_figure, printed
 from taskslam.report.goal_frame import middle, seen_from_goal
+from taskslam.task import GoalTolerance
 
 _SIDE, _FOOT, _GAP, _TOP, _EDGE = 1.06, 0.42, 0.09, 0.36, 0.03  # in: a panel, the strip below it, between, above, edge
 _INSET = 0.38  # in

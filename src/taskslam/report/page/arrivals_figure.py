@@ -16,11 +16,11 @@ from markupsafe import Markup
 
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2
-from taskslam.record import GoalTolerance
 from taskslam.report import palette
 from taskslam.report.goal_frame import middle, seen_from_goal
 from taskslam.report.svg import Svg
 from taskslam.report.units import METRIC, TASK, Units, draw_length
+from taskslam.task import GoalTolerance
 
 _SIZE = 200.0
 _INSET = 66.0

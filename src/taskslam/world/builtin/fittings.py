@@ -112,14 +112,6 @@ def front_door(b: Builder, p: Palette) -> None:
     b.box((0.42, 0.03, 1.0), (0.46, 0.08, 1.12), p.steel, solid=False)
 
 
-def door_leaf(b: Builder, p: Palette, surface: Surface, wide: float = 0.98) -> None:
-    """Add an open door that rests against the wall, hinged at its left end."""
-    b.box((-wide / 2, 0.03, 0.012), (wide / 2, 0.07, 2.05), surface)
-    for low, high in ((0.15, 0.9), (1.05, 1.9)):
-        b.box((-wide / 2 + 0.12, 0.07, low), (wide / 2 - 0.12, 0.08, high), surface, skip="-y")
-    b.box((wide / 2 - 0.10, 0.08, 1.0), (wide / 2 - 0.06, 0.12, 1.04), p.steel, solid=False)
-
-
 def coat_rack(b: Builder, p: Palette, wide: float) -> None:
     """Add a bench for shoes with coats hanging above it."""
     b.soft_box((-wide / 2, 0.0, 0.40), (wide / 2, 0.34, 0.47), p.rust_fabric, 0.03)
