@@ -19,7 +19,7 @@ from numba import njit
 from taskslam.errors import DatasetError
 from taskslam.geometry import OPTICAL_IN_BODY, FloatArray, invert_se3
 from taskslam.robot import StereoCamera
-from taskslam.robot.robot import Mount
+from taskslam.robot.parts import Mount
 
 Image = npt.NDArray[np.uint8]
 
