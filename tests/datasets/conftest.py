@@ -17,12 +17,13 @@ from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometr
 from taskslam.record import RunRecord, load_run
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario
+from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
 from taskslam.task import Mode
 from taskslam.world import World
 from taskslam.world.slicing import slice_floor_plan
 
-SENSORS = frozenset(Sensor) - {Sensor.TRUE_POSE}
+SENSORS = frozenset(fitted(load_robot("turtlebot2").rig))
 
 
 @dataclass(frozen=True)

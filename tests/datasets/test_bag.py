@@ -17,8 +17,10 @@ from taskslam.datasets.opening import open_dataset
 from taskslam.datasets.ros_encoding import RosEncoder
 from taskslam.errors import DatasetError
 from taskslam.measurements import Sensor
+from taskslam.robot import load_robot
+from taskslam.sensors import fitted
 
-SENSORS = frozenset(Sensor) - {Sensor.TRUE_POSE}
+SENSORS = frozenset(fitted(load_robot("turtlebot2").rig))
 
 
 def opened(path: Path, **topics: str) -> Bag:

@@ -24,6 +24,10 @@ class Part(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    def image_bytes(self) -> tuple[int, ...]:
+        """Bytes of each image of one measurement, which then travel in shared memory; none for what takes no images."""
+        return ()
+
 
 class Mount(Part):
     """Where a sensor sits: pose of the sensor frame in `base`."""
@@ -94,12 +98,12 @@ class Lidar3D(Part):
     rolling: bool = False
 
 
-class StereoCamera(Part):
-    """A rectified pinhole pair without distortion (protocol 4.3).
+class Camera(Part):
+    """A pinhole without distortion, and one beside it (protocol 4.3).
 
-    mount: pose of the left camera's body frame (x forward, y left, z up) in `base`; the right camera stands `baseline`
-    metres to its right. horizontal_fov: radians, gives fx = fy. noise: standard deviation of the read noise in grey
-    levels of 0..255. color: RGB images instead of grey ones. exposure: `auto`, or a fixed gain.
+    mount: pose of its body frame (x forward, y left, z up) in `base`; the other stands `baseline` metres to its right.
+    horizontal_fov: radians, gives fx = fy. noise: standard deviation of the read noise in grey levels of 0..255. near,
+    far: what is seen at all, metres. color: RGB images instead of grey ones. exposure: `auto`, or a fixed gain.
     """
 
     mount: Mount
@@ -123,6 +127,19 @@ class StereoCamera(Part):
     def center(self) -> tuple[float, float]:
         """Principal point cx, cy in pixels, OpenCV's convention (a pixel's centre has whole coordinates)."""
         return 0.5 * self.width, 0.5 * self.height
+
+    @property
+    def image_shape(self) -> tuple[int, ...]:
+        """(height, width), and 3 in colour."""
+        return (self.height, self.width, 3)[: 3 if self.color else 2]
+
+
+class StereoCamera(Camera):
+    """A rectified pair; the mount is the left camera's."""
+
+    def image_bytes(self) -> tuple[int, ...]:
+        """Left and right."""
+        return (math.prod(self.image_shape),) * 2
 
 
 class Imu(Part):

@@ -7,12 +7,24 @@ Every number's source stands beside it in the preset. A file that says `built_on
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
+
+from pydantic import (
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    create_model,
+    model_serializer,
+    model_validator,
+)
 
 from taskslam.errors import RobotError
+from taskslam.plugins import registered
 from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, NonNegative, OdometryNoise, Part, Positive, StereoCamera
 from taskslam.user_files import Shipped, check
 
+SENSOR_GROUP = "taskslam.sensors"
 _PRESETS = Shipped("robot", "taskslam.robot", "presets", RobotError)
 
 
@@ -36,13 +48,55 @@ class Footprint(Part):
 
 
 class SensorRig(Part):
-    """Everything that a method may be told about the robot's sensors."""
+    """Everything that a method may be told about the robot's sensors: a part each, or None.
+
+    Parts of sensors that other packages register (`taskslam.sensors`) stand beside ours in files, under their own
+    names. What a robot has not is not written: a new kind of sensor changes no other robot's bytes.
+    """
 
     odometry: OdometryNoise
     lidar_2d: Lidar2D | None = None
     lidar_3d: Lidar3D | None = None
     stereo: StereoCamera | None = None
     imu: Imu | None = None
+    _outside: dict[str, Part] = PrivateAttr(default_factory=dict)
+
+    def parts(self) -> dict[str, Part]:
+        """All that it has, by name."""
+        own = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: part for name, part in (own | self._outside).items() if part is not None}
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """With the parts that other packages describe."""
+        unknown = given.keys() - cls.model_fields.keys() if isinstance(given, dict) else set()
+        if not (names := sorted(unknown & registered(SENSOR_GROUP).keys())):
+            return handler(given)
+        rig = handler({name: part for name, part in given.items() if name not in names})
+        for name in names:
+            if given[name] is not None:
+                fields: dict[str, Any] = {name: (_part_of_another(name), ...)}  # so that a fault bears its key
+                described = create_model("Outside", __base__=Part, **fields).model_validate({name: given[name]})
+                rig._outside[name] = getattr(described, name)
+        return rig
+
+    @model_serializer(mode="wrap")
+    def _written(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        own = {name: part for name, part in handler(self).items() if part is not None}
+        return own | {name: part.model_dump(mode=info.mode) for name, part in self._outside.items()}
+
+
+def _part_of_another(name: str) -> type[Part]:
+    """The data sheet of a sensor that another package registers. Raises ValueError if there is none to be had."""
+    point = registered(SENSOR_GROUP)[name]
+    try:
+        part: type[Part] = point.load().part
+        if issubclass(part, Part):
+            return part
+    except Exception as error:
+        raise ValueError(f"sensor '{name}' ({point.value}) cannot be loaded: {error}") from error
+    raise ValueError(f"sensor '{name}' ({point.value}): its part is {part!r:.80}; expected a kind of Part")
 
 
 class Robot(Part):
