@@ -61,13 +61,10 @@ class Bag(Dataset):
         parts: dict[str, Any] = {}
         for kind in sensor_kinds():
             part = kind.part_of(given) if given else None
-            found = self._read(kind, part, unclear) if kind.bag else None
-            if found is not None:
+            if kind.bag and (found := self._read(kind, part, unclear)):
                 self._sensors[kind.sensor] = found
-                part = found.part
-            if kind.field and (found is not None or kind.sensor != Sensor.STEREO_IMAGES):
-                parts[kind.field] = part
-        parts["odometry"] = parts.get("odometry") or load_robot("turtlebot2").rig.odometry
+                parts[kind.field] = found.part
+        parts.setdefault("odometry", (given or load_robot("turtlebot2").rig).odometry)
         self.sensors = frozenset(self._sensors)
         self.rig = SensorRig.model_validate(parts)
 

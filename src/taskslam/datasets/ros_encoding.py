@@ -49,7 +49,7 @@ class RosEncoder:
     def opening(self, stamp: int) -> Iterator[Said]:
         """What is said once: mounts and the robot."""
         rig = self._robot.rig
-        kinds = sorted((kind for kind in fitted(rig).values() if kind.bag), key=lambda kind: len(kind.topics))
+        kinds = [kind for kind in fitted(rig).values() if kind.bag]
         frames = [frame for kind in kinds for frame in bag_sensor(kind).frames(kind.part_of(rig))]
         transforms = [self._transform(stamp, frame, T) for frame, T in frames]
         yield TF_STATIC, stamp, self.new("tf2_msgs/msg/TFMessage", transforms=transforms)
