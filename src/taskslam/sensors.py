@@ -149,8 +149,9 @@ _OWN = {kind.sensor: kind for kind in _OURS}
 
 
 def sensor_kinds() -> list[SensorKind]:
-    """Every row: ours, then those of other packages by name. Raises InputError for one that cannot be loaded."""
-    return [*_OURS, *(_outside(name) for name in registered(SENSOR_GROUP) if name not in _OWN)]
+    """Every row: ours, then those of other packages by name, but for what cannot be loaded (`taskslam doctor`)."""
+    others = (_if_known(name) for name in registered(SENSOR_GROUP) if name not in _OWN)
+    return [*_OURS, *(kind for kind in others if kind is not None)]
 
 
 def sensor_kind(sensor: str) -> SensorKind:
@@ -191,7 +192,7 @@ def main_of(sensors: Collection[str]) -> str:
 
 
 def _if_known(sensor: str) -> SensorKind | None:
-    """The row, for reading results that may come from elsewhere."""
+    """The row, where there may be none: results may come from elsewhere."""
     try:
         return sensor_kind(sensor)
     except InputError:

@@ -45,6 +45,7 @@ class Surroundings:
 
 
 def simulated(kind: SensorKind, rig: SensorRig, surroundings: Surroundings) -> SimulatedSensor:
-    """The device of a sensor that the rig has: what the table's `device` makes of its part."""
+    """The device of a sensor that the rig has: what the table's `device` makes of its part, ready to measure."""
     device: SimulatedSensor = found_at(kind.device)(kind.part_of(rig), surroundings)
+    device.reset(0)
     return device
