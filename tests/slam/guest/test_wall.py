@@ -54,7 +54,7 @@ def memory_of(process: int) -> bytes:
 @pytest.fixture(scope="module")
 def snooping(rig, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(Path(__file__).parent / "guests"))
+        patch.syspath_prepend(str(Path(__file__).parents[1] / "guests"))
         yield Snooping(rig, tmp_path_factory.mktemp("run"))
 
 
