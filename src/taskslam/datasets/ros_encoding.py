@@ -115,17 +115,17 @@ class RosEncoder:
         )
 
     def image(self, stamp: int, frame: str, image: npt.NDArray[Any]) -> Any:
-        """sensor_msgs/Image: grey, RGB, or depth in metres."""
+        """sensor_msgs/Image: grey or RGB of 8 bits, or float32 such as depth (REP-118)."""
         height, width = image.shape[:2]
         return self.new(
             "sensor_msgs/msg/Image",
             header=self.header(stamp, frame),
             height=height,
             width=width,
-            encoding="rgb8" if image.ndim == 3 else "mono8",
+            encoding="32FC1" if image.dtype == np.float32 else "rgb8" if image.ndim == 3 else "mono8",
             is_bigendian=0,
             step=image.nbytes // height,
-            data=np.ascontiguousarray(image).ravel(),
+            data=np.ascontiguousarray(image).ravel().view(np.uint8),
         )
 
     def camera_info(self, stamp: int, frame: str, camera: Camera, baseline: float = 0.0) -> Any:
