@@ -27,6 +27,7 @@ class Sensor(str):
     LASER_SCAN: ClassVar[Sensor]
     POINT_CLOUD: ClassVar[Sensor]
     STEREO_IMAGES: ClassVar[Sensor]
+    RGBD_IMAGES: ClassVar[Sensor]
     IMU: ClassVar[Sensor]
     WHEEL_ODOMETRY: ClassVar[Sensor]
     TRUE_POSE: ClassVar[Sensor]
@@ -35,6 +36,7 @@ class Sensor(str):
 Sensor.LASER_SCAN = Sensor("laser_scan")
 Sensor.POINT_CLOUD = Sensor("point_cloud")
 Sensor.STEREO_IMAGES = Sensor("stereo_images")
+Sensor.RGBD_IMAGES = Sensor("rgbd_images")
 Sensor.IMU = Sensor("imu")
 Sensor.WHEEL_ODOMETRY = Sensor("wheel_odometry")
 Sensor.TRUE_POSE = Sensor("true_pose")
@@ -95,6 +97,18 @@ class StereoImages(Measurement):
     sensor: ClassVar[Sensor] = Sensor.STEREO_IMAGES
     left: npt.NDArray[np.uint8]
     right: npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class RgbdImages(Measurement):
+    """An image and the depth of its very pixels. image: (H, W) or (H, W, 3) uint8.
+
+    depth: (H, W) float32, metres along the optical axis, 0 where nothing was measured.
+    """
+
+    sensor: ClassVar[Sensor] = Sensor.RGBD_IMAGES
+    image: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)

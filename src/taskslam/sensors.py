@@ -19,6 +19,7 @@ from taskslam.measurements import (
     LaserScan,
     Measurement,
     PointCloud,
+    RgbdImages,
     Sensor,
     StereoImages,
     TruePose,
@@ -26,6 +27,7 @@ from taskslam.measurements import (
 )
 from taskslam.plugins import registered
 from taskslam.robot import SENSOR_GROUP, Imu, Lidar2D, Lidar3D, OdometryNoise, Part, SensorRig, StereoCamera
+from taskslam.robot.rgbd import RgbdCamera
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +120,23 @@ _OURS = (
             Topic("/stereo/right/camera_info", _INFO),
         ),
         bag="taskslam.datasets.bag_cameras:Pairs",
+    ),
+    SensorKind(
+        measurement=RgbdImages,
+        words="RGB-D camera",
+        part=RgbdCamera,
+        field="rgbd",
+        rank=6,
+        main=6,
+        marker="camera",
+        device="taskslam.simulation.sensors.rgbd:RgbdCameraSensor.fitted",
+        topics=(
+            Topic("/camera/color/image_raw", _IMAGE, "color", ("color", "rgb")),
+            Topic("/camera/color/camera_info", _INFO),
+            Topic("/camera/aligned_depth_to_color/image_raw", _IMAGE, "depth", ("depth",)),
+            Topic("/camera/aligned_depth_to_color/camera_info", _INFO),
+        ),
+        bag="taskslam.datasets.bag_rgbd:ColorAndDepth",
     ),
     SensorKind(
         measurement=ImuSamples,

@@ -22,6 +22,7 @@ from pydantic import (
 from taskslam.errors import RobotError
 from taskslam.plugins import registered
 from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, NonNegative, OdometryNoise, Part, Positive, StereoCamera
+from taskslam.robot.rgbd import RgbdCamera
 from taskslam.user_files import Shipped, check
 
 SENSOR_GROUP = "taskslam.sensors"
@@ -59,6 +60,7 @@ class SensorRig(Part):
     lidar_3d: Lidar3D | None = None
     stereo: StereoCamera | None = None
     imu: Imu | None = None
+    rgbd: RgbdCamera | None = None
     _outside: dict[str, Part] = PrivateAttr(default_factory=dict)
 
     def parts(self) -> dict[str, Part]:
