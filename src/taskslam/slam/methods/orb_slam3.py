@@ -90,7 +90,7 @@ class OrbSlam3(SlamMethod):
         scratch = Path.cwd()
         settings = scratch / "orb-slam3.yaml"
         write_settings(settings, camera, self._settings)
-        self._slam = package.Slam(self._vocabulary_file(scratch), str(settings), package.Sensor[self._mode])
+        self._slam = package.Slam(self._vocabulary_file(scratch), str(settings), getattr(package.Sensor, self._mode))
         self._tracked_state = package.TrackingState.OK
         self._map = StartMap(self._slam, scratch / "keyframes.tum")
         self._T_base_optical: FloatArray = camera.mount.matrix() @ OPTICAL_IN_BODY
