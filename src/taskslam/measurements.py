@@ -75,6 +75,14 @@ class LaserScan(Measurement):
         """(N,) ray directions in radians."""
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
 
+    def hits(self) -> npt.NDArray[np.bool_]:
+        """(N,) whether a ray met something: a finite range, not 0, range_min <= r < range_max.
+
+        A range of exactly range_max is how many drivers report a miss.
+        """
+        ranges = np.asarray(self.ranges, dtype=np.float64)
+        return np.isfinite(ranges) & (ranges > 0) & (ranges >= self.range_min) & (ranges < self.range_max)
+
 
 @dataclass(frozen=True, slots=True)
 class PointCloud(Measurement):
