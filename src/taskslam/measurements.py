@@ -7,8 +7,7 @@ card says `reference` is ever given.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,19 +17,45 @@ from taskslam.geometry import SE2
 NANOSECONDS = 1_000_000_000
 
 
-class Sensor(StrEnum):
-    """The kinds of measurement that a method can ask for on its card."""
+class Sensor(str):
+    """The name of a kind of measurement, as a method's card asks for it.
 
-    LASER_SCAN = "laser_scan"
-    POINT_CLOUD = "point_cloud"
-    STEREO_IMAGES = "stereo_images"
-    IMU = "imu"
-    WHEEL_ODOMETRY = "wheel_odometry"
-    TRUE_POSE = "true_pose"
+    Ours are constants here (`Sensor.LASER_SCAN`); a package may add others (`taskslam.sensors`).
+    """
+
+    __slots__ = ()
+    LASER_SCAN: ClassVar[Sensor]
+    POINT_CLOUD: ClassVar[Sensor]
+    STEREO_IMAGES: ClassVar[Sensor]
+    RGBD_IMAGES: ClassVar[Sensor]
+    IMU: ClassVar[Sensor]
+    WHEEL_ODOMETRY: ClassVar[Sensor]
+    TRUE_POSE: ClassVar[Sensor]
+
+
+Sensor.LASER_SCAN = Sensor("laser_scan")
+Sensor.POINT_CLOUD = Sensor("point_cloud")
+Sensor.STEREO_IMAGES = Sensor("stereo_images")
+Sensor.RGBD_IMAGES = Sensor("rgbd_images")
+Sensor.IMU = Sensor("imu")
+Sensor.WHEEL_ODOMETRY = Sensor("wheel_odometry")
+Sensor.TRUE_POSE = Sensor("true_pose")
 
 
 @dataclass(frozen=True, slots=True)
-class LaserScan:
+class Measurement:
+    """What one sensor says at an instant.
+
+    stamp: ns. A subclass is a frozen dataclass with slots; its fields are arrays of one declared dtype, whole and real
+    numbers, and planar poses: what can travel to a method.
+    """
+
+    sensor: ClassVar[Sensor]
+    stamp: int
+
+
+@dataclass(frozen=True, slots=True)
+class LaserScan(Measurement):
     """One turn of a planar LiDAR, in the laser frame (x forward, counter-clockwise).
 
     ranges: (N,) float32 metres; +inf where nothing was hit within range. Ray i points along
@@ -39,7 +64,6 @@ class LaserScan:
     """
 
     sensor: ClassVar[Sensor] = Sensor.LASER_SCAN
-    stamp: int
     ranges: npt.NDArray[np.float32]
     angle_min: float
     angle_increment: float
@@ -51,9 +75,17 @@ class LaserScan:
         """(N,) ray directions in radians."""
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges), dtype=np.float64)
 
+    def hits(self) -> npt.NDArray[np.bool_]:
+        """(N,) whether a ray met something: a finite range, not 0, range_min <= r < range_max.
+
+        A range of exactly range_max is how many drivers report a miss.
+        """
+        ranges = np.asarray(self.ranges, dtype=np.float64)
+        return np.isfinite(ranges) & (ranges > 0) & (ranges >= self.range_min) & (ranges < self.range_max)
+
 
 @dataclass(frozen=True, slots=True)
-class PointCloud:
+class PointCloud(Measurement):
     """One turn of a 3D LiDAR, in the LiDAR frame; rays without a return are left out.
 
     points: (N, 3) float32 metres, ring by ring in firing order; ring: (N,) uint16, 0 the lowest; time_offset: (N,)
@@ -61,24 +93,34 @@ class PointCloud:
     """
 
     sensor: ClassVar[Sensor] = Sensor.POINT_CLOUD
-    stamp: int
     points: npt.NDArray[np.float32]
     ring: npt.NDArray[np.uint16]
     time_offset: npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True)
-class StereoImages:
+class StereoImages(Measurement):
     """A rectified pair with exactly equal stamps. left, right: (H, W) or (H, W, 3) uint8."""
 
     sensor: ClassVar[Sensor] = Sensor.STEREO_IMAGES
-    stamp: int
     left: npt.NDArray[np.uint8]
     right: npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
-class ImuSamples:
+class RgbdImages(Measurement):
+    """An image and the depth of its very pixels. image: (H, W) or (H, W, 3) uint8.
+
+    depth: (H, W) float32, metres along the optical axis, 0 where nothing was measured.
+    """
+
+    sensor: ClassVar[Sensor] = Sensor.RGBD_IMAGES
+    image: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSamples(Measurement):
     """Inertial samples since the last measurement, in the IMU frame.
 
     stamps: (K,) int64 ns; angular_velocity: (K, 3) rad/s; linear_acceleration: (K, 3) m/s^2 with gravity
@@ -86,34 +128,24 @@ class ImuSamples:
     """
 
     sensor: ClassVar[Sensor] = Sensor.IMU
-    stamp: int
     stamps: npt.NDArray[np.int64]
     angular_velocity: npt.NDArray[np.float64]
     linear_acceleration: npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class WheelOdometry:
+class WheelOdometry(Measurement):
     """Pose of the base in the drifting `odom` frame, and body velocities (m/s, rad/s)."""
 
     sensor: ClassVar[Sensor] = Sensor.WHEEL_ODOMETRY
-    stamp: int
     T_odom_base: SE2
     linear: float
     angular: float
 
 
 @dataclass(frozen=True, slots=True)
-class TruePose:
+class TruePose(Measurement):
     """The true pose of the base in the frame in which it started. Only for methods of kind `reference`."""
 
     sensor: ClassVar[Sensor] = Sensor.TRUE_POSE
-    stamp: int
     T_start_base: SE2
-
-
-Measurement: TypeAlias = LaserScan | PointCloud | StereoImages | ImuSamples | WheelOdometry | TruePose
-
-MEASUREMENT_TYPES: dict[Sensor, type[Measurement]] = {
-    kind.sensor: kind for kind in (LaserScan, PointCloud, StereoImages, ImuSamples, WheelOdometry, TruePose)
-}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from taskslam.benchmark.conformance_eyes import conformance_eyes, conformance_world
+from taskslam.benchmark.conformance_eyes import conformance_looks, conformance_world
 from taskslam.errors import InputError
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor, StereoImages
@@ -44,7 +44,7 @@ def test_the_camera_sees_the_room_that_the_lidars_measure(rig):
 
 
 def test_images_come_in_step_and_the_same_however_the_drive_is_cut(rig):
-    drive = ConformanceDrive(rig, sensors={Sensor.STEREO_IMAGES}, eyes=conformance_eyes(rig))
+    drive = ConformanceDrive(rig, sensors={Sensor.STEREO_IMAGES}, looks=conformance_looks(rig, {Sensor.STEREO_IMAGES}))
     images = [m for m in drive.measurements(0, NANOSECONDS) if isinstance(m, StereoImages)]
     assert [m.stamp for m in images] == [0, 200_000_000, 400_000_000, 600_000_000, 800_000_000]
     assert images[0].left.std() > 20  # there is something to see
@@ -52,5 +52,5 @@ def test_images_come_in_step_and_the_same_however_the_drive_is_cut(rig):
 
 
 def test_a_robot_without_a_camera_has_no_eyes(rig):
-    with pytest.raises(InputError, match="stereo"):
-        conformance_eyes(rig.model_copy(update={"stereo": None}))
+    with pytest.raises(InputError, match="no stereo_images; it has imu"):
+        conformance_looks(rig.model_copy(update={"stereo": None}), {Sensor.STEREO_IMAGES})

@@ -18,11 +18,12 @@ from taskslam.mode import Mode
 from taskslam.record import RunRecord, load_run
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import Scenario
+from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
 from taskslam.world import World
 from taskslam.world.slicing import slice_floor_plan
 
-SENSORS = frozenset(Sensor) - {Sensor.TRUE_POSE}
+SENSORS = frozenset(fitted(load_robot("turtlebot2_d435i").rig))
 
 
 @dataclass(frozen=True)
@@ -38,14 +39,16 @@ class Recorded:
 
 
 def small_robot() -> Robot:
-    """turtlebot2 with small images and few rays."""
+    """turtlebot2 with small images and few rays, and the RGB-D camera of the real one."""
     robot = load_robot("turtlebot2")
     rig = robot.rig
+    rgbd = load_robot("turtlebot2_d435i").rig.rgbd
     return robot.model_copy(
         update={
             "rig": rig.model_copy(
                 update={
                     "stereo": rig.stereo.model_copy(update={"width": 96, "height": 64}),
+                    "rgbd": rgbd.model_copy(update={"width": 80, "height": 60, "rate": 20.0}),
                     "lidar_2d": rig.lidar_2d.model_copy(update={"samples": 180}),
                     "lidar_3d": rig.lidar_3d.model_copy(update={"rings": 4, "samples": 60}),
                 }

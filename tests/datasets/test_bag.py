@@ -17,8 +17,10 @@ from taskslam.datasets.opening import open_dataset
 from taskslam.datasets.ros_encoding import RosEncoder
 from taskslam.errors import DatasetError
 from taskslam.measurements import Sensor
+from taskslam.robot import load_robot
+from taskslam.sensors import fitted
 
-SENSORS = frozenset(Sensor) - {Sensor.TRUE_POSE}
+SENSORS = frozenset(fitted(load_robot("turtlebot2_d435i").rig))
 
 
 def opened(path: Path, **topics: str) -> Bag:
@@ -66,7 +68,7 @@ def test_without_our_robot_the_rig_follows_from_the_messages(bag, recorded, monk
     )
 
 
-def test_reading_stops_with_one_sentence_wherever_a_bag_is_cut_off(bag, tmp_path):
+def test_reading_stops_with_one_sentence_wherever_a_bag_is_cut_off(bag, recorded, tmp_path):
     size = max(file.stat().st_size for file in [bag, *bag.rglob("*")] if file.is_file())
     for share in (0.0, 0.001, 0.3, 0.7, 0.999):
         copy = tmp_path / f"{share}" / bag.name
@@ -78,10 +80,16 @@ def test_reading_stops_with_one_sentence_wherever_a_bag_is_cut_off(bag, tmp_path
         file = max((f for f in [copy, *copy.rglob("*")] if f.is_file()), key=lambda f: f.stat().st_size)
         with file.open("r+b") as handle:
             handle.truncate(round(size * share))
-        with pytest.raises(DatasetError) as caught:
-            list(opened(copy).measurements(SENSORS))
-        assert copy.name in str(caught.value)
-        assert len(str(caught.value)) < 500
+        back, complaint = [], ""
+        try:
+            back = list(opened(copy).measurements(SENSORS))
+        except DatasetError as error:
+            complaint = str(error)
+        if back:  # the end of an SQLite file may be an index that nobody needs
+            assert (share, len(back)) == (0.999, len(recorded.measurements))
+        else:
+            assert copy.name in complaint
+            assert len(complaint) < 500
 
 
 def test_flipped_bytes_never_do_worse_than_one_sentence(bag, tmp_path):

@@ -38,10 +38,10 @@ def test_images_find_each_other_in_any_order_and_the_lonely_are_counted():
     skipped: Counter[str] = Counter()
     pairing, image = Pairing(skipped), np.zeros((2, 2), np.uint8)
     assert pairing.add(1, 100, image) is None
-    assert pairing.add(0, 100, image).stamp == 100
+    assert pairing.add(0, 100, image)[0] == 100
     assert pairing.add(0, 200, image) is None
     assert pairing.add(1, 200 + NANOSECONDS, image) is None
-    assert pairing.add(1, 250, image).stamp == 200  # within a millisecond; the left one's stamp
+    assert pairing.add(1, 250, image)[0] == 200  # within a millisecond; the left one's stamp
     pairing.end()
     assert skipped == {"images without a partner": 1}
     for stamp in range(10 * NANOSECONDS, 110 * NANOSECONDS, NANOSECONDS):

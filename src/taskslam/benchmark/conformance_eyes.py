@@ -1,18 +1,21 @@
-"""What a stereo camera sees on the conformance drive: its room, papered and furnished, through the simulator's camera.
+"""What cameras see on the conformance drive: its room, papered and furnished, through the simulator's own sensors.
 
-The drive itself (`slam/conformance_drive.py`) is made from numpy alone and renders nothing; whoever checks a method
-that has eyes hands it these.
+The drive itself (`slam/conformance/drive.py`) is made from numpy alone and renders nothing; whoever checks a method
+that has eyes, or hears a sensor of another package, hands it these.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from taskslam.errors import InputError
-from taskslam.geometry import SE2, pose_from_xyz_rpy
-from taskslam.measurements import StereoImages
+from taskslam.geometry import pose_from_xyz_rpy
+from taskslam.measurements import Sensor
 from taskslam.robot import SensorRig
+from taskslam.sensors import fitted
 from taskslam.simulation.motion import Motion
-from taskslam.simulation.sensors.camera import StereoCameraSensor
-from taskslam.slam.conformance.drive import Eyes
+from taskslam.simulation.sensors.simulated_sensor import SimulatedSensor, Surroundings, simulated
+from taskslam.slam.conformance.drive import Look
 from taskslam.slam.conformance.room import HANGING, STANDING
 from taskslam.world import World
 from taskslam.world.builtin.builder import Builder
@@ -22,16 +25,18 @@ from taskslam.world.world import Light
 _SEED = 5
 
 
-def conformance_eyes(rig: SensorRig) -> Eyes:
-    """The rig's stereo camera in the room of the conformance drive. Raises InputError if the rig has none."""
-    if rig.stereo is None:
-        raise InputError("the robot has no stereo camera; expected a rig with `stereo`")
-    camera = StereoCameraSensor(rig.stereo, conformance_world(), _SEED)
+def conformance_looks(rig: SensorRig, sensors: Collection[Sensor]) -> dict[Sensor, Look]:
+    """Simulated sensors of the rig in the room of the conformance drive. Raises InputError for one it has not."""
+    has = fitted(rig)
+    if missing := sorted(set(sensors) - has.keys()):
+        raise InputError(f"the robot has no {', '.join(missing)}; it has {', '.join(sorted(has))}")
+    surroundings = Surroundings(conformance_world(), _SEED)
+    by_rank = sorted((has[sensor] for sensor in set(sensors)), key=lambda kind: (kind.rank, kind.sensor))
+    return {kind.sensor: _look(simulated(kind, rig, surroundings)) for kind in by_rank}
 
-    def look(stamp: int, T_room_base: SE2) -> StereoImages:
-        return camera.measure(stamp, Motion(stamp, T_room_base))
 
-    return look
+def _look(device: SimulatedSensor) -> Look:
+    return lambda stamp, T_room_base: device.measure(stamp, Motion(stamp, T_room_base))
 
 
 def conformance_world() -> World:

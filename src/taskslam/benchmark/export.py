@@ -28,6 +28,7 @@ from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
 from taskslam.record.run_directory import partial_folder
 from taskslam.robot import SensorRig
+from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.task import Mode, Sequence
@@ -156,16 +157,11 @@ def _shortened(stage: Stage, goals: int | None) -> Stage:
 
 def _sensors(rig: SensorRig, request: ExportRequest) -> frozenset[Sensor]:
     """The sensors to record: those asked for, or all that the robot has and the format can hold."""
-    fitted = {
-        Sensor.WHEEL_ODOMETRY: rig.odometry,
-        Sensor.IMU: rig.imu,
-        Sensor.LASER_SCAN: rig.lidar_2d,
-        Sensor.POINT_CLOUD: rig.lidar_3d,
-        Sensor.STEREO_IMAGES: rig.stereo,
-    }
-    has = frozenset(sensor for sensor, part in fitted.items() if part is not None)
+    kinds = fitted(rig)
+    has = frozenset(kinds)
     if request.sensors is None:
-        return has & EUROC_SENSORS if request.format is Format.EUROC else has
+        in_bags = frozenset(sensor for sensor, kind in kinds.items() if kind.bag)
+        return has & EUROC_SENSORS if request.format is Format.EUROC else in_bags
     if missing := sorted(request.sensors - has):
         raise DatasetError(f"the robot has no {', '.join(missing)}; it has {', '.join(sorted(has))}")
     return request.sensors

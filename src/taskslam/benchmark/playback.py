@@ -17,9 +17,9 @@ from taskslam.errors import DatasetError
 from taskslam.geometry import SE2, FloatArray, invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement, Sensor, TruePose, WheelOdometry
 from taskslam.record import MethodNotice, RunWriter
+from taskslam.sensors import sensor_kind
 from taskslam.slam import Kind, MethodCard, Status
 from taskslam.slam.guest.host import MethodHost
-from taskslam.slam.guest.latency import FRAME_SENSORS
 
 TICK = NANOSECONDS // 20
 _NEAR = NANOSECONDS // 10  # the truth of the start may be so far in time from the first frame
@@ -76,7 +76,8 @@ def find_beginning(dataset: Dataset, card: MethodCard) -> Beginning:
     """
     needs = needs_of(card)
     if needs:
-        first = next(dataset.measurements(needs & FRAME_SENSORS or needs), None)
+        frames = {sensor for sensor in needs if sensor_kind(sensor).is_frame}
+        first = next(dataset.measurements(frames or needs), None)
         stamp = None if first is None else first.stamp
     else:
         truth = next(dataset.truth(), None)

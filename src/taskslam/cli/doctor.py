@@ -47,7 +47,15 @@ def doctor() -> None:
 
     colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
     console = standard_output()
-    findings = [*machine(), *core_packages(), *tag_packages(), *methods(), *system_libraries(), *environment()]
+    findings = [
+        *machine(),
+        *core_packages(),
+        *tag_packages(),
+        *methods(),
+        *sensors(),
+        *system_libraries(),
+        *environment(),
+    ]
     width = max(len(finding.what) for finding in findings)
     for finding in findings:
         colour = colours[finding.health]
@@ -149,6 +157,22 @@ def methods() -> list[Finding]:
             findings.append(Finding(what, Health.NOTE, problem, command))
         else:
             findings.append(Finding(what, Health.NOTE, state.problem))
+    return findings
+
+
+def sensors() -> list[Finding]:
+    """Each kind of sensor that another package registers: known by which words, or why it cannot be loaded."""
+    from taskslam.errors import InputError
+    from taskslam.plugins import registered
+    from taskslam.robot import SENSOR_GROUP
+    from taskslam.sensors import sensor_kind
+
+    findings = []
+    for name in registered(SENSOR_GROUP):
+        try:
+            findings.append(Finding(f"sensor {name}", Health.GOOD, sensor_kind(name).words))
+        except InputError as error:
+            findings.append(Finding(f"sensor {name}", Health.NOTE, str(error)))
     return findings
 
 

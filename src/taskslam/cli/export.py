@@ -23,22 +23,14 @@ class FormatChoice(StrEnum):
     MCAP = "mcap"
 
 
-_SENSORS = {
-    "stereo": "stereo_images",
-    "imu": "imu",
-    "lidar_2d": "laser_scan",
-    "lidar_3d": "point_cloud",
-    "odometry": "wheel_odometry",
-}
-
-
 def export(
     scenario: Annotated[str, typer.Argument(help="A shipped scenario (house, aws_small_house, ...) or a YAML file.")],
     out: Annotated[Path, typer.Option(help="New folder for the dataset.")],
     format_: Annotated[FormatChoice, typer.Option("--format", help="EuRoC/ASL folder, ROS 1 or 2 bag, or MCAP.")],
     method: Annotated[str, typer.Option("--method", "-m", help="The method that steers.")] = "ground_truth",
     sensors: Annotated[
-        str, typer.Option(help=f"Comma-separated: {', '.join(_SENSORS)}. Default: all that robot and format have.")
+        str,
+        typer.Option(help="As the robot names them: stereo,imu,odometry. Default: all that robot and format have."),
     ] = "",
     goals: Annotated[int | None, typer.Option(min=1, help="Drive to the first so many goals only.")] = None,
     seconds: Annotated[float | None, typer.Option(min=0.1, help="Stop after so many simulated seconds.")] = None,
@@ -84,12 +76,13 @@ def export(
 
 def _sensors(text: str) -> frozenset[Sensor] | None:
     from taskslam.errors import InputError, did_you_mean
-    from taskslam.measurements import Sensor
+    from taskslam.sensors import sensor_kinds
 
     if not text:
         return None
+    by_field = {kind.field: kind.sensor for kind in sensor_kinds() if kind.bag}
     names = [name.strip() for name in text.split(",")]
     for name in names:
-        if name not in _SENSORS:
-            raise InputError(f"--sensors {name}: expected one of {', '.join(_SENSORS)}.{did_you_mean(name, _SENSORS)}")
-    return frozenset(Sensor(_SENSORS[name]) for name in names)
+        if name not in by_field:
+            raise InputError(f"--sensors {name}: expected one of {', '.join(by_field)}.{did_you_mean(name, by_field)}")
+    return frozenset(by_field[name] for name in names)

@@ -92,7 +92,7 @@ def check(
     """
     from rich.markup import escape
 
-    from taskslam.benchmark.conformance_eyes import conformance_eyes
+    from taskslam.benchmark.conformance_eyes import conformance_looks
     from taskslam.robot import load_robot
     from taskslam.slam.conformance.check import Verdict, check_method
 
@@ -103,7 +103,7 @@ def check(
 
     options = parse_options(option or [])
     results = check_method(
-        name, options, load_robot(robot).rig, minutes, on_result=show_result, make_eyes=conformance_eyes
+        name, options, load_robot(robot).rig, minutes, on_result=show_result, make_looks=conformance_looks
     )
     failed = sum(result.verdict is Verdict.FAILED for result in results)
     skipped = sum(result.verdict is Verdict.SKIPPED for result in results)

@@ -7,36 +7,29 @@ in the order of their own stamps, not of their recording.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from pydantic import ValidationError
 
 from taskslam.datasets import bag_rig, ros_decoding, ros_encoding
 from taskslam.datasets.bag_access import Message, read_messages, topic_types
-from taskslam.datasets.bag_topics import Role, choose_topics
+from taskslam.datasets.bag_sensor import BagSensor, bag_sensor
+from taskslam.datasets.bag_topics import TRUTH_ROLE, choose_topics
 from taskslam.datasets.dataset import Dataset, TruthPose
 from taskslam.datasets.stamp_order import Pairing, in_stamp_order
-from taskslam.datasets.stereo_rectification import Rectifier, same_camera
 from taskslam.errors import DatasetError
 from taskslam.geometry import FloatArray
-from taskslam.measurements import NANOSECONDS, Measurement, Sensor, StereoImages
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Robot, SensorRig, load_robot
+from taskslam.sensors import SensorKind, sensor_kind, sensor_kinds
 from taskslam.user_files import check, complaint, keys_of, mapping_of
 
-_ROLES: dict[Sensor, tuple[Role, ...]] = {
-    Sensor.LASER_SCAN: (Role.LASER_SCAN,),
-    Sensor.POINT_CLOUD: (Role.POINT_CLOUD,),
-    Sensor.IMU: (Role.IMU,),
-    Sensor.WHEEL_ODOMETRY: (Role.WHEEL_ODOMETRY,),
-    Sensor.STEREO_IMAGES: (Role.LEFT, Role.RIGHT),
-}
 _FEW = 5
 _STATIC_MESSAGES = 1000
-_Part = TypeVar("_Part")
 
 
 class Bag(Dataset):
@@ -62,20 +55,18 @@ class Bag(Dataset):
         self._types = topic_types(path)
         self._topics, unclear = choose_topics(self._types, topics)
         robot = robot or self._own_robot()
-        self._frames = self._read_frames(base_frame, mounts)
-        self._rectifier: Rectifier | None = None
+        self.frames = self._read_frames(base_frame, mounts)
         given = robot.rig if robot else None
-        nominal = given or load_robot("turtlebot2").rig
-        usable = [sensor for sensor in _ROLES if self._has(sensor, unclear)]
-        parts: dict[str, Any] = {
-            "lidar_2d": self._part(usable, Sensor.LASER_SCAN, given and given.lidar_2d, bag_rig.lidar_2d),
-            "lidar_3d": self._part(usable, Sensor.POINT_CLOUD, given and given.lidar_3d, bag_rig.lidar_3d),
-            "imu": self._part(usable, Sensor.IMU, given and given.imu, bag_rig.imu),
-        }
-        if Sensor.STEREO_IMAGES in usable:
-            parts["stereo"] = self._attempt(usable, Sensor.STEREO_IMAGES, lambda: self._cameras(given))
-        self.sensors = frozenset(usable)
-        self.rig = SensorRig(odometry=nominal.odometry, **parts)
+        self._sensors: dict[Sensor, BagSensor] = {}
+        parts: dict[str, Any] = {}
+        for kind in sensor_kinds():
+            part = kind.part_of(given) if given else None
+            if kind.bag and (found := self._read(kind, part, unclear)):
+                self._sensors[kind.sensor] = found
+                parts[kind.field] = found.part
+        parts.setdefault("odometry", (given or load_robot("turtlebot2").rig).odometry)
+        self.sensors = frozenset(self._sensors)
+        self.rig = SensorRig.model_validate(parts)
 
     def measurements(self, sensors: Collection[Sensor]) -> Iterator[Measurement]:
         """What these sensors said; see `Dataset`."""
@@ -84,7 +75,7 @@ class Bag(Dataset):
 
     def truth(self) -> Iterator[TruthPose]:
         """The poses of the truth topic, in its own world frame; one out of order is left out and counted."""
-        topic = self._topics.get(Role.TRUTH)
+        topic = self._topics.get(TRUTH_ROLE)
         newest = -1
         for message in read_messages(self.path, [topic] if topic else []):
             with _placed(self.path, message):
@@ -95,99 +86,45 @@ class Bag(Dataset):
             newest = stamp
             yield TruthPose(stamp, T)
 
-    def _decoded(self, sensors: Collection[Sensor]) -> Iterator[Measurement]:
-        roles = {self._topics[role]: role for sensor in sensors for role in _ROLES[sensor]}
-        pairing = Pairing(self.skipped)
-        for message in read_messages(self.path, roles):
-            with _placed(self.path, message):
-                measurement = self._measurement(roles[message.topic], message.content, pairing)
-            if measurement is not None:
-                yield measurement
-        pairing.end()
+    def topic(self, role: str) -> str:
+        """The topic of a role."""
+        return self._topics[role]
 
-    def _measurement(self, role: Role, content: Any, pairing: Pairing) -> Measurement | None:
-        match role:
-            case Role.WHEEL_ODOMETRY:
-                return ros_decoding.odometry(content, self._frames.T_child_base(content.child_frame_id))
-            case Role.IMU:
-                return ros_decoding.imu(content)
-            case Role.LASER_SCAN:
-                return ros_decoding.laser_scan(content, self.rig.lidar_2d)
-            case Role.POINT_CLOUD:
-                return ros_decoding.point_cloud(content)
-            case _:
-                return self._pair(0 if role is Role.LEFT else 1, content, pairing)
+    def has(self, topic: str) -> bool:
+        """Whether there is such a topic."""
+        return topic in self._types
 
-    def _pair(self, eye: int, content: Any, pairing: Pairing) -> Measurement | None:
-        camera = self.rig.stereo
-        assert camera is not None
-        image = ros_decoding.image(content)
-        shape = (camera.height, camera.width, 3)[: 3 if camera.color else 2]
-        if image.shape != shape:
-            raise DatasetError(f"an image of shape {image.shape}; expected {shape} as the first one")
-        pair = pairing.add(eye, ros_decoding.stamp_of(content), image)
-        if pair is None or self._rectifier is None:
-            return pair
-        return StereoImages(pair.stamp, *self._rectifier(pair.left, pair.right))
-
-    def _has(self, sensor: Sensor, unclear: Mapping[Role, str]) -> bool:
-        """Whether all topics of a sensor are known; else says why not, where there is something to say."""
-        roles = _ROLES[sensor]
-        if all(role in self._topics for role in roles):
-            return True
-        if reasons := [unclear[role] for role in roles if role in unclear]:
-            self.why_not[sensor] = reasons[0]
-        return False
-
-    def _part(
-        self,
-        usable: list[Sensor],
-        sensor: Sensor,
-        given: _Part | None,
-        derive: Callable[[list[Any], bag_rig.Frames], _Part],
-    ) -> _Part | None:
-        """A part of the rig: as given, or derived from the first messages."""
-        if sensor not in usable or given is not None:
-            return given
-        return self._attempt(usable, sensor, lambda: derive(self._first(_ROLES[sensor][0]), self._frames))
-
-    def _attempt(self, usable: list[Sensor], sensor: Sensor, make: Callable[[], _Part]) -> _Part | None:
-        """The part; a sensor whose place or kind cannot be told is not usable, and the rest of the bag still is."""
-        try:
-            return make()
-        except (DatasetError, ValidationError) as error:
-            usable.remove(sensor)
-            self.why_not[sensor] = complaint(error) if isinstance(error, ValidationError) else str(error)
-            return None
-
-    def _cameras(self, given: SensorRig | None) -> Any:
-        """The rectified pair; prepares the rectification if the images need it."""
-        left, right = self._topics[Role.LEFT], self._topics[Role.RIGHT]
-        infos = [topic.rsplit("/", 1)[0] + "/camera_info" for topic in (left, right)]
-        first = self._first(Role.LEFT)
-        image = ros_decoding.image(first[0])
-        if not all(info in self._types for info in infos):
-            if given is None or given.stereo is None:
-                raise DatasetError(
-                    f"The images have no {' and '.join(infos)}, so their cameras cannot be told: give --robot"
-                )
-            return given.stereo
-        messages = [self._first_on(info)[0] for info in infos]
-        calibrated = bag_rig.cameras(messages[0], messages[1], left, self._frames, first[0].header.frame_id)
-        self._rectifier = Rectifier(*calibrated, bag_rig.rate_of(first), image.ndim == 3)
-        camera = self._rectifier.camera
-        if given is not None and given.stereo is not None and same_camera(camera, given.stereo):
-            return given.stereo
-        return camera
-
-    def _first(self, role: Role) -> list[Any]:
-        return self._first_on(self._topics[role])
-
-    def _first_on(self, topic: str) -> list[Any]:
+    def first(self, topic: str) -> list[Any]:
+        """The first messages of a topic. Raises DatasetError where there is none."""
         messages = [message.content for message in islice(read_messages(self.path, [topic]), _FEW)]
         if not messages:
             raise DatasetError(f"{topic} holds no message")
         return messages
+
+    def _read(self, kind: SensorKind, given: Any, unclear: Mapping[str, str]) -> BagSensor | None:
+        """A sensor of the table, if its topics are known and its place and kind can be told; else says why not."""
+        roles = _roles(kind)
+        if not all(role in self._topics for role in roles):
+            if reasons := [unclear[role] for role in roles if role in unclear]:
+                self.why_not[kind.sensor] = reasons[0]
+            return None
+        try:
+            return bag_sensor(kind)(self, given)
+        except (DatasetError, ValidationError) as error:
+            self.why_not[kind.sensor] = complaint(error) if isinstance(error, ValidationError) else str(error)
+            return None
+
+    def _decoded(self, sensors: Collection[Sensor]) -> Iterator[Measurement]:
+        pairings = {sensor: Pairing(self.skipped) for sensor in sensors}
+        heard = {self._topics[role]: (role, sensor) for sensor in sensors for role in _roles(sensor_kind(sensor))}
+        for message in read_messages(self.path, heard):
+            role, sensor = heard[message.topic]
+            with _placed(self.path, message):
+                measurement = self._sensors[sensor].measurement(role, message.content, pairings[sensor])
+            if measurement is not None:
+                yield measurement
+        for pairing in pairings.values():
+            pairing.end()
 
     def _own_robot(self) -> Robot | None:
         """The robot that our export writes into a bag."""
@@ -208,7 +145,7 @@ class Bag(Dataset):
             for message in islice(read_messages(self.path, static), _STATIC_MESSAGES)
             for transform in message.content.transforms
         ]
-        topic = self._topics.get(Role.WHEEL_ODOMETRY)
+        topic = self._topics.get("wheel_odometry")
         odometry = next(read_messages(self.path, [topic] if topic else []), None)
         child = odometry.content.child_frame_id.lstrip("/") if odometry else None
         try:
@@ -220,7 +157,7 @@ class Bag(Dataset):
         match content.__msgtype__:
             case "nav_msgs/msg/Odometry":
                 T = ros_decoding.pose_message(content.pose.pose)
-                T_child_base = self._frames.T_child_base(content.child_frame_id)
+                T_child_base = self.frames.T_child_base(content.child_frame_id)
                 return T if T_child_base is None else T @ T_child_base
             case "geometry_msgs/msg/PoseStamped":
                 return ros_decoding.pose_message(content.pose)
@@ -236,3 +173,7 @@ def _placed(path: Path, message: Message) -> Iterator[None]:
     except DatasetError as error:
         at = message.recorded / NANOSECONDS
         raise DatasetError(f"{path}: {message.topic}, the message recorded at {at:.3f} s: {error}") from error
+
+
+def _roles(kind: SensorKind) -> list[str]:
+    return [topic.role for topic in kind.topics if topic.role]

@@ -143,7 +143,7 @@ def cameras(
     rectified = "image_rect" in image_topic or not (any(_matrix(left, "D")) or any(_matrix(right, "D")))
     T_left = frames.T_base(left_frame or left.header.frame_id)
     if not rectified:
-        return _raw(left, T_left), _raw(right, frames.T_base(right.header.frame_id))
+        return raw_camera(left, T_left), raw_camera(right, frames.T_base(right.header.frame_id))
     turned = np.eye(4)
     turned[:3, :3] = np.reshape(_matrix(left, "R") if any(_matrix(left, "R")) else np.eye(3), (3, 3)).T
     P_left, P_right = (np.reshape(_matrix(info, "P"), (3, 4)) for info in (left, right))
@@ -158,7 +158,8 @@ def cameras(
     return _projected(left, P_left, T_rectified), _projected(right, P_right, T_rectified @ beside)
 
 
-def _raw(info: Any, T_base_optical: FloatArray) -> CameraCalibration:
+def raw_camera(info: Any, T_base_optical: FloatArray) -> CameraCalibration:
+    """A camera by its K and D. Raises DatasetError where they are not those of a calibrated camera."""
     K, D = np.reshape(_matrix(info, "K"), (3, 3)), tuple(_matrix(info, "D"))
     model = distortion_model(info.distortion_model, "CameraInfo")
     if len(D) not in DISTORTION_MODELS[model]:

@@ -11,10 +11,13 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores
 
 from taskslam.datasets.bag_access import ros_types
-from taskslam.datasets.ros_encoding import ALWAYS, TOPICS, RosEncoder, Said
+from taskslam.datasets.bag_sensor import Said
+from taskslam.datasets.ros_encoding import ALWAYS, RosEncoder
+from taskslam.errors import DatasetError
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement, Sensor
 from taskslam.robot import Robot
+from taskslam.sensors import fitted
 
 
 class BagWriter:
@@ -32,7 +35,10 @@ class BagWriter:
             self._writer = Rosbag2Writer(folder / name, version=8, storage_plugin=plugin)
             self._serialize = self._store.serialize_cdr
         self._writer.open()
-        topics = [*ALWAYS, *(topic for kind in Sensor for topic in TOPICS.get(kind, ()) if kind in sensors)]
+        kinds = [kind for sensor, kind in fitted(robot.rig).items() if sensor in sensors]
+        if unknown := [kind.sensor for kind in kinds if not kind.bag]:
+            raise DatasetError(f"nobody says how a bag holds {', '.join(unknown)}; leave it out (--sensors)")
+        topics = [*ALWAYS, *((topic.name, topic.kind) for kind in kinds for topic in kind.topics)]
         self._connections = {
             topic: self._writer.add_connection(topic, kind, typestore=self._store) for topic, kind in topics
         }

@@ -16,13 +16,7 @@ from typing import Self
 from taskslam.geometry import FloatArray
 from taskslam.measurements import Measurement, Sensor
 from taskslam.robot import SensorRig
-
-_RANK = {
-    kind: rank
-    for rank, kind in enumerate(
-        (Sensor.WHEEL_ODOMETRY, Sensor.IMU, Sensor.LASER_SCAN, Sensor.POINT_CLOUD, Sensor.STEREO_IMAGES)
-    )
-}
+from taskslam.sensors import sensor_kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,4 +69,4 @@ class Dataset(ABC):
 
 def order(measurement: Measurement) -> tuple[int, int]:
     """Sort key: by stamp; among equals odometry first, then IMU, scans, clouds, images, as the simulator has it."""
-    return measurement.stamp, _RANK[measurement.sensor]
+    return measurement.stamp, sensor_kind(measurement.sensor).rank

@@ -25,6 +25,9 @@ _TIME_NAMES = ("time", "t", "offset_time", "timestamp", "time_stamp")
 _ENCODINGS = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4}
 
 
+Image = npt.NDArray[np.uint8]
+
+
 def stamp_of(message: Any) -> int:
     """The header's stamp in ns."""
     time = message.header.stamp
@@ -113,7 +116,7 @@ def point_cloud(message: Any) -> PointCloud:
     return PointCloud(stamp + late, points, ring, (offset - late).astype(np.int32))
 
 
-def image(message: Any) -> npt.NDArray[np.uint8]:
+def image(message: Any) -> Image:
     """sensor_msgs/Image of 8 bits a channel as (H, W) grey or (H, W, 3) RGB; copied out of the message."""
     channels = _ENCODINGS.get(message.encoding)
     if channels is None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import heapq
 from collections import Counter, OrderedDict
 from collections.abc import Iterator
+from typing import Any
 
 import numpy.typing as npt
 
 from taskslam.datasets.dataset import order
-from taskslam.measurements import NANOSECONDS, Measurement, StereoImages
+from taskslam.measurements import NANOSECONDS, Measurement
 
 _WINDOW = NANOSECONDS  # messages may be recorded so much later than their stamps say, one topic against another
 _SYNCHRONOUS = NANOSECONDS // 1000  # two images are one pair if they are this close
@@ -37,11 +38,11 @@ class Pairing:
     """Finds the other image of a pair by its stamp; images that wait in vain are counted."""
 
     def __init__(self, skipped: Counter[str]) -> None:
-        self._waiting: tuple[OrderedDict[int, npt.NDArray], ...] = (OrderedDict(), OrderedDict())  # type: ignore[type-arg]
+        self._waiting: tuple[OrderedDict[int, npt.NDArray[Any]], ...] = (OrderedDict(), OrderedDict())
         self._skipped = skipped
 
-    def add(self, eye: int, stamp: int, image: npt.NDArray) -> StereoImages | None:  # type: ignore[type-arg]
-        """Add an image, eye 0 for left and 1 for right; the pair that it completes, with the left one's stamp."""
+    def add(self, eye: int, stamp: int, image: npt.NDArray[Any]) -> tuple[int, Any, Any] | None:
+        """Add an image of camera 0 or 1; the pair that it completes: the stamp of camera 0, its image, the other."""
         others = self._waiting[1 - eye]
         partner = next((at for at in others if abs(at - stamp) <= _SYNCHRONOUS), None)
         if partner is None:
@@ -52,7 +53,7 @@ class Pairing:
                 self._skipped["images without a partner"] += 1
             return None
         other = others.pop(partner)
-        return StereoImages(stamp, image, other) if eye == 0 else StereoImages(partner, other, image)
+        return (stamp, image, other) if eye == 0 else (partner, other, image)
 
     def end(self) -> None:
         """Count what is left without a partner."""

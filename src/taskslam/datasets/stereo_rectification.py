@@ -19,7 +19,7 @@ from numba import njit
 from taskslam.errors import DatasetError
 from taskslam.geometry import OPTICAL_IN_BODY, FloatArray, invert_se3
 from taskslam.robot import StereoCamera
-from taskslam.robot.robot import Mount
+from taskslam.robot.parts import Mount
 
 Image = npt.NDArray[np.uint8]
 
@@ -90,14 +90,16 @@ class Rectifier:
             color=color,
         )
         pinhole = (f, *self.camera.center)
-        self.is_identity = all(_is_already(camera, R_base_new, pinhole) for camera in (left, right))
-        self._tables = [] if self.is_identity else [_table(camera, R_base_new, pinhole) for camera in (left, right)]
+        self.is_identity = all(is_already(camera, R_base_new, pinhole) for camera in (left, right))
+        self._tables = (
+            [] if self.is_identity else [sampling_table(camera, R_base_new, pinhole) for camera in (left, right)]
+        )
 
     def __call__(self, left: Image, right: Image) -> tuple[Image, Image]:
         """The pair, rectified; black where a camera does not see. left, right: (H, W) or (H, W, 3)."""
         if self.is_identity:
             return left, right
-        return tuple(_resampled(image, table) for image, table in zip((left, right), self._tables, strict=True))  # type: ignore[return-value]
+        return tuple(resampled_image(image, table) for image, table in zip((left, right), self._tables, strict=True))  # type: ignore[return-value]
 
 
 def distortion_model(name: str, where: str) -> str:
@@ -138,7 +140,8 @@ def _axes_along(x: FloatArray, T_left: FloatArray, T_right: FloatArray) -> Float
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _is_already(camera: CameraCalibration, R_base_new: FloatArray, pinhole: tuple[float, float, float]) -> bool:
+def is_already(camera: CameraCalibration, R_base_new: FloatArray, pinhole: tuple[float, float, float]) -> bool:
+    """Whether a camera is the pinhole f, cx, cy without distortion, turned so."""
     f, cx, cy = pinhole
     return bool(
         not any(camera.coefficients)
@@ -147,7 +150,7 @@ def _is_already(camera: CameraCalibration, R_base_new: FloatArray, pinhole: tupl
     )
 
 
-def _table(
+def sampling_table(
     camera: CameraCalibration, R_base_new: FloatArray, pinhole: tuple[float, float, float]
 ) -> npt.NDArray[np.float32]:
     """(H, W, 2) float32 place (u, v) in the camera's image of every pixel of the virtual one; NaN if behind it."""
@@ -185,7 +188,8 @@ def distort(points: FloatArray, model: str, coefficients: tuple[float, ...]) -> 
     )
 
 
-def _resampled(image: Image, table: npt.NDArray[np.float32]) -> Image:
+def resampled_image(image: Image, table: npt.NDArray[np.float32]) -> Image:
+    """The image at the places of a table, black where a place lies outside."""
     resampled: Image = _bilinear(image.reshape(*image.shape[:2], -1), table)
     return resampled.reshape(image.shape)
 

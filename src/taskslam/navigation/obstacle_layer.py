@@ -31,9 +31,8 @@ class PlacedScan:
 
     @staticmethod
     def of(scan: LaserScan, T_map_odom: SE2, T_odom_base: SE2, T_base_laser: SE2) -> PlacedScan:
-        """Keep the hits of a scan (range_min <= r < range_max, finite); the sensor is taken as still during a turn."""
-        ranges = np.asarray(scan.ranges, dtype=np.float64)
-        hit = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges < scan.range_max)
+        """Keep the hits of a scan; the sensor is taken as still during a turn."""
+        ranges, hit = np.asarray(scan.ranges, dtype=np.float64), scan.hits()
         T_odom_laser = T_odom_base @ T_base_laser
         return PlacedScan(T_odom_laser, T_map_odom @ T_odom_laser, scan.angles()[hit], ranges[hit])
 

@@ -26,8 +26,8 @@ MAX_PAYLOAD = 256 << 20
 MAX_REPLY = 1 << 20
 
 _PREFIX = struct.Struct("<4sII")
-_DTYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "<i4", "<i8", "<u2", "<u4", "|u1")}
-_NAMES = {dtype: name for name, dtype in _DTYPES.items()}
+DTYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "<i4", "<i8", "<u2", "<u4", "|u1")}
+_NAMES = {dtype: name for name, dtype in DTYPES.items()}
 _encode_json = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False).encode
 
 Header = dict[str, Any]
@@ -50,7 +50,7 @@ def pack(header: Mapping[str, object], arrays: Mapping[str, npt.NDArray[Any]] | 
     for name, array in (arrays or {}).items():
         dtype = _NAMES.get(array.dtype)
         if dtype is None:
-            raise WireError(f"array '{name}' has dtype {array.dtype}; expected one of {', '.join(_DTYPES)}")
+            raise WireError(f"array '{name}' has dtype {array.dtype}; expected one of {', '.join(DTYPES)}")
         declared.append((name, dtype, array.shape))
         parts.append(array.tobytes())
     text = _encode_json({**header, "arrays": declared} if declared else header).encode()
@@ -116,7 +116,7 @@ def _parse_arrays(declared: object, buffer: bytearray, start: int, end: int) -> 
     for entry in declared:
         try:
             name, dtype_name, shape = entry
-            dtype = _DTYPES[dtype_name]
+            dtype = DTYPES[dtype_name]
             if not all(type(n) is int and n >= 0 for n in shape):
                 raise ValueError("negative or fractional shape")
             stop = at + math.prod(shape) * dtype.itemsize

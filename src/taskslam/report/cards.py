@@ -6,34 +6,25 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from taskslam.report.words import DASH
+from taskslam.sensors import main_of, sensor_words
 
-_SENSORS = {
-    "laser_scan": "2D LiDAR",
-    "point_cloud": "3D LiDAR",
-    "stereo_images": "stereo camera",
-    "imu": "IMU",
-    "wheel_odometry": "wheel odometry",
-    "true_pose": "true pose",
-}
-_MAIN_SENSORS = ("true_pose", "stereo_images", "point_cloud", "laser_scan", "wheel_odometry")  # the first it has
 _KINDS = {"slam": "SLAM", "odometry": "odometry", "localization": "localisation", "reference": "reference"}
 _MAPS = {"continue": "keeps mapping", "frozen": "frozen map", "none": "no map"}
 
 
 def sensor_suite(card: Mapping[str, Any]) -> str:
     """The sensors that a method listens to."""
-    return " + ".join(_SENSORS.get(str(name), str(name)) for name in _list(card, "sensors")) or DASH
+    return " + ".join(sensor_words(str(name)) for name in _list(card, "sensors")) or DASH
 
 
 def main_sensor(card: Mapping[str, Any]) -> str:
     """The sensor that a method sees with, as cards name it; empty if the card names none."""
-    sensors = _list(card, "sensors")
-    return next((name for name in _MAIN_SENSORS if name in sensors), "")
+    return main_of([str(name) for name in _list(card, "sensors")])
 
 
 def sensor_name(sensor: str) -> str:
     """A sensor of a card in a reader's words."""
-    return _SENSORS.get(sensor, sensor)
+    return sensor_words(sensor)
 
 
 def kind(card: Mapping[str, Any]) -> str:

@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from taskslam.report import palette
 from taskslam.report.svg import Svg
+from taskslam.sensors import marker_family
 
 # Corners of each shape (none: a circle), the angle of the first counter-clockwise from the right, its size beside a
 # circle's, and for a star the radius of the corners between.
@@ -28,12 +29,12 @@ _SHAPES = (
     (5, math.pi / 2, 1.5, 0.5),
 )
 CIRCLE, SQUARE, TRIANGLE, DIAMOND, TRIANGLE_DOWN, PENTAGON, STAR = range(7)
-_SHAPES_OF_SENSOR = {
-    "laser_scan": (CIRCLE,),
-    "point_cloud": (SQUARE, DIAMOND),
-    "stereo_images": (TRIANGLE, TRIANGLE_DOWN),
-    "wheel_odometry": (PENTAGON,),
-    "true_pose": (STAR,),
+_SHAPES_OF_FAMILY = {
+    "planar": (CIRCLE,),
+    "spatial": (SQUARE, DIAMOND),
+    "camera": (TRIANGLE, TRIANGLE_DOWN),
+    "wheels": (PENTAGON,),
+    "truth": (STAR,),
 }
 _ANY = (CIRCLE, SQUARE, TRIANGLE, DIAMOND, TRIANGLE_DOWN)
 
@@ -61,7 +62,7 @@ def method_styles(methods: list[str], sensors: Mapping[str, str] | None = None) 
     """
     styles: dict[str, Style] = {}
     for index, name in enumerate(dict.fromkeys(methods)):
-        family = _SHAPES_OF_SENSOR.get((sensors or {}).get(name, ""))
+        family = _SHAPES_OF_FAMILY.get(marker_family((sensors or {}).get(name, "")))
         shapes = family or (_ANY[index % len(_ANY)],)
         pairs = Counter((style.colour, style.shape) for style in styles.values())
         colours = Counter(style.colour for style in styles.values())

@@ -1,26 +1,19 @@
 """The robot: what it weighs on the floor, how it may drive, and which sensors it carries where."""
 
-from taskslam.robot.robot import (
-    Drive,
-    Footprint,
-    Imu,
-    Lidar2D,
-    Lidar3D,
-    OdometryNoise,
-    Robot,
-    SensorRig,
-    StereoCamera,
-    load_robot,
-    robot_presets,
-)
+from taskslam.robot.parts import Camera, Imu, Lidar2D, Lidar3D, Mount, OdometryNoise, Part, StereoCamera
+from taskslam.robot.robot import SENSOR_GROUP, Drive, Footprint, Robot, SensorRig, load_robot, robot_presets
 
 __all__ = [
+    "SENSOR_GROUP",
+    "Camera",
     "Drive",
     "Footprint",
     "Imu",
     "Lidar2D",
     "Lidar3D",
+    "Mount",
     "OdometryNoise",
+    "Part",
     "Robot",
     "SensorRig",
     "StereoCamera",

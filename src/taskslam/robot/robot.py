@@ -1,46 +1,35 @@
 """`Robot`: drive limits, footprint and sensor rig, validated by pydantic and read from YAML presets.
 
-Mounts are poses of the sensor in `base` (REP-105 base_link projected to the floor: x forward, y left, z up,
-origin on the floor between the wheels). Every number's source stands beside it in the preset. A file that says
-`built_on: turtlebot2` gives only what differs; `lidar_3d: null` takes a sensor off.
+Every number's source stands beside it in the preset. A file that says `built_on: turtlebot2` gives only what differs;
+`lidar_3d: null` takes a sensor off.
 """
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Self
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import (
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    create_model,
+    model_serializer,
+    model_validator,
+)
 
 from taskslam.errors import RobotError
-from taskslam.geometry import FloatArray, pose_from_xyz_rpy
+from taskslam.plugins import registered
+from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, NonNegative, OdometryNoise, Part, Positive, StereoCamera
+from taskslam.robot.rgbd import RgbdCamera
 from taskslam.user_files import Shipped, check
 
+SENSOR_GROUP = "taskslam.sensors"
 _PRESETS = Shipped("robot", "taskslam.robot", "presets", RobotError)
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Vector3 = tuple[float, float, float]
 
-
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Mount(_Part):
-    """Where a sensor sits: pose of the sensor frame in `base`."""
-
-    xyz: Vector3
-    rpy: Vector3 = (0.0, 0.0, 0.0)
-
-    def matrix(self) -> FloatArray:
-        """(4, 4) `T_base_sensor`."""
-        return pose_from_xyz_rpy(self.xyz, self.rpy)
-
-
-class Drive(_Part):
+class Drive(Part):
     """Differential drive: what the base does with a velocity command (m/s, rad/s, m/s^2, rad/s^2, s)."""
 
     max_linear: Positive
@@ -51,7 +40,7 @@ class Drive(_Part):
     command_timeout: Positive
 
 
-class Footprint(_Part):
+class Footprint(Part):
     """A vertical cylinder: anything solid inside it between `ground_clearance` and `height` presses the bumper."""
 
     radius: Positive
@@ -59,120 +48,60 @@ class Footprint(_Part):
     ground_clearance: NonNegative
 
 
-class Lidar2D(_Part):
-    """A planar LiDAR; ray i points along angle_min + i * (angle_max - angle_min) / (samples - 1)."""
+class SensorRig(Part):
+    """Everything that a method may be told about the robot's sensors: a part each, or None.
 
-    mount: Mount
-    rate: Positive
-    samples: Annotated[int, Field(ge=2)]
-    angle_min: float
-    angle_max: float
-    range_min: NonNegative
-    range_max: Positive
-    resolution: NonNegative = 0.0
-    noise: NonNegative
-    rolling: bool = False
-
-    @property
-    def angle_increment(self) -> float:
-        """Angle between neighbouring rays, radians."""
-        return (self.angle_max - self.angle_min) / (self.samples - 1)
-
-    def angles(self) -> FloatArray:
-        """(samples,) ray directions in the laser frame, radians."""
-        return self.angle_min + self.angle_increment * np.arange(self.samples, dtype=np.float64)
-
-
-class OdometryNoise(_Part):
-    """Gyro-integrated wheel odometry (protocol 4.6): encoders give distance, the gyro gives heading.
-
-    gyro_noise: standard deviation of one gyro sample at `gyro_rate`, rad/s; gyro_bias: standard deviation of the bias
-    that each run draws once, rad/s; scale: systematic relative distance error; slip: relative random distance error
-    per square root of a metre; rate: Hz of the published odometry.
+    Parts of sensors that other packages register (`taskslam.sensors`) stand beside ours in files, under their own
+    names. What a robot has not is not written: a new kind of sensor changes no other robot's bytes.
     """
-
-    rate: Positive
-    gyro_rate: Positive
-    gyro_noise: NonNegative
-    gyro_bias: NonNegative
-    scale: float = 0.0
-    slip: NonNegative = 0.0
-
-
-class Lidar3D(_Part):
-    """A spinning LiDAR: `rings` evenly over the elevations, `samples` per ring over 360 degrees (protocol 4.4).
-
-    rolling: every firing sees the world from where the robot is at its own time; else the whole turn is one instant.
-    """
-
-    mount: Mount
-    rate: Positive
-    rings: Annotated[int, Field(ge=1, le=256)]
-    samples: Annotated[int, Field(ge=2)]
-    elevation_min: float
-    elevation_max: float
-    range_min: NonNegative
-    range_max: Positive
-    noise: NonNegative
-    rolling: bool = False
-
-
-class StereoCamera(_Part):
-    """A rectified pinhole pair without distortion (protocol 4.3).
-
-    mount: pose of the left camera's body frame (x forward, y left, z up) in `base`; the right camera stands `baseline`
-    metres to its right. horizontal_fov: radians, gives fx = fy. noise: standard deviation of the read noise in grey
-    levels of 0..255. color: RGB images instead of grey ones. exposure: `auto`, or a fixed gain.
-    """
-
-    mount: Mount
-    rate: Positive
-    width: Annotated[int, Field(ge=16, le=8192)]
-    height: Annotated[int, Field(ge=16, le=8192)]
-    horizontal_fov: Annotated[float, Field(gt=0, lt=3.1)]
-    baseline: Positive
-    noise: NonNegative
-    near: Positive = 0.05
-    far: Positive = 50.0
-    color: bool = False
-    exposure: Literal["auto"] | Positive = "auto"
-
-    @property
-    def focal_length(self) -> float:
-        """Fx = fy in pixels."""
-        return 0.5 * self.width / math.tan(0.5 * self.horizontal_fov)
-
-    @property
-    def center(self) -> tuple[float, float]:
-        """Principal point cx, cy in pixels, OpenCV's convention (a pixel's centre has whole coordinates)."""
-        return 0.5 * self.width, 0.5 * self.height
-
-
-class Imu(_Part):
-    """A six-axis IMU (protocol 4.5). Noises are per-sample standard deviations, biases are drawn once per run.
-
-    gyro_noise, gyro_bias: rad/s; accel_noise, accel_bias: m/s^2.
-    """
-
-    mount: Mount
-    rate: Positive
-    gyro_noise: NonNegative
-    gyro_bias: NonNegative
-    accel_noise: NonNegative
-    accel_bias: NonNegative
-
-
-class SensorRig(_Part):
-    """Everything that a method may be told about the robot's sensors."""
 
     odometry: OdometryNoise
     lidar_2d: Lidar2D | None = None
     lidar_3d: Lidar3D | None = None
     stereo: StereoCamera | None = None
     imu: Imu | None = None
+    rgbd: RgbdCamera | None = None
+    _outside: dict[str, Part] = PrivateAttr(default_factory=dict)
+
+    def parts(self) -> dict[str, Part]:
+        """All that it has, by name."""
+        own = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: part for name, part in (own | self._outside).items() if part is not None}
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _read(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """With the parts that other packages describe."""
+        unknown = given.keys() - cls.model_fields.keys() if isinstance(given, dict) else set()
+        if not (names := sorted(unknown & registered(SENSOR_GROUP).keys())):
+            return handler(given)
+        rig = handler({name: part for name, part in given.items() if name not in names})
+        for name in names:
+            if given[name] is not None:
+                fields: dict[str, Any] = {name: (_part_of_another(name), ...)}  # so that a fault bears its key
+                described = create_model("Outside", __base__=Part, **fields).model_validate({name: given[name]})
+                rig._outside[name] = getattr(described, name)
+        return rig
+
+    @model_serializer(mode="wrap")
+    def _written(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        own = {name: part for name, part in handler(self).items() if part is not None}
+        return own | {name: part.model_dump(mode=info.mode) for name, part in self._outside.items()}
 
 
-class Robot(_Part):
+def _part_of_another(name: str) -> type[Part]:
+    """The data sheet of a sensor that another package registers. Raises ValueError if there is none to be had."""
+    point = registered(SENSOR_GROUP)[name]
+    try:
+        part: type[Part] = point.load().part
+        if issubclass(part, Part):
+            return part
+    except Exception as error:
+        raise ValueError(f"sensor '{name}' ({point.value}) cannot be loaded: {error}") from error
+    raise ValueError(f"sensor '{name}' ({point.value}): its part is {part!r:.80}; expected a kind of Part")
+
+
+class Robot(Part):
     """A robot as the simulator, the planner and the methods see it."""
 
     name: str

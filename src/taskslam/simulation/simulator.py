@@ -8,38 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 from taskslam.errors import ScenarioError
 from taskslam.geometry import SE2, wrap_angle
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Robot
+from taskslam.sensors import fitted
 from taskslam.simulation.contact import ContactGrid, contact_grid
 from taskslam.simulation.drive import ramp, step_arc
 from taskslam.simulation.motion import Motion
-from taskslam.simulation.sensors.camera import StereoCameraSensor
-from taskslam.simulation.sensors.imu import InertialSensor
-from taskslam.simulation.sensors.lidar import LaserScanner
-from taskslam.simulation.sensors.lidar_3d import SpinningLidar
-from taskslam.simulation.sensors.raytracing import RayCaster
+from taskslam.simulation.sensors.simulated_sensor import SimulatedSensor, Surroundings, simulated
 from taskslam.simulation.sensors.wheel_odometry import WheelOdometer
 from taskslam.world import World
 
 STEP = NANOSECONDS // 200
 DEFAULT_SENSORS = frozenset({Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})
-
-
-class SimulatedSensor(Protocol):
-    """What the simulator asks of a sensor. rate: Hz."""
-
-    sensor: Sensor
-    rate: float
-
-    def reset(self, count: int) -> None:
-        """Fresh noise after the count-th reset."""
-
-    def measure(self, stamp: int, motion: Motion) -> Measurement:
-        """The measurement that is complete at `stamp` (ns)."""
 
 
 @dataclass
@@ -75,7 +58,10 @@ class Simulator:
         self._odometer = WheelOdometer(robot.rig.odometry, seed)
         self._gyro_every = _whole_steps(robot.rig.odometry.gyro_rate, "odometry.gyro_rate")
         _whole_steps(robot.rig.odometry.rate, "odometry.rate")
-        self._devices = _devices(world, robot, seed, lidar_geometry, sensors, self._odometer)
+        surroundings = Surroundings(world, seed, lidar_geometry)
+        wanted = [kind for name, kind in fitted(robot.rig).items() if name in sensors and kind.device]
+        by_rank = sorted(wanted, key=lambda kind: kind.rank)
+        self._devices = [self._odometer, *(simulated(kind, robot.rig, surroundings) for kind in by_rank)]
         self._resets = -1
         self.now = 0
         self.reset(SE2())
@@ -152,30 +138,6 @@ class Simulator:
         if self._steps % self._gyro_every == 0:
             self._odometer.integrate(self._distance, self._turned, self._gyro_every * dt)
             self._distance = self._turned = 0.0
-
-
-def _devices(
-    world: World,
-    robot: Robot,
-    seed: int,
-    lidar_geometry: str,
-    sensors: Collection[Sensor],
-    odometer: WheelOdometer,
-) -> list[SimulatedSensor]:
-    """The sensors that are wanted and that the rig has, odometry first."""
-    rig = robot.rig
-    devices: list[SimulatedSensor] = [odometer]
-    if rig.imu is not None and Sensor.IMU in sensors:
-        devices.append(InertialSensor(rig.imu, seed))
-    if not {Sensor.LASER_SCAN, Sensor.POINT_CLOUD}.isdisjoint(sensors):
-        rays = RayCaster(world.visual if lidar_geometry == "visual" else world.collision)
-        if rig.lidar_2d is not None and Sensor.LASER_SCAN in sensors:
-            devices.append(LaserScanner(rig.lidar_2d, rays, seed))
-        if rig.lidar_3d is not None and Sensor.POINT_CLOUD in sensors:
-            devices.append(SpinningLidar(rig.lidar_3d, rays, seed))
-    if rig.stereo is not None and Sensor.STEREO_IMAGES in sensors:
-        devices.append(StereoCameraSensor(rig.stereo, world, seed))
-    return devices
 
 
 def _whole_steps(rate: float, what: str) -> int:

@@ -20,7 +20,7 @@ def camera(rig):
 
 @pytest.fixture
 def ends(camera):
-    slots = ImageSlots(camera)
+    slots = ImageSlots([camera])
     yield slots, ImageWindow(os.dup(slots.fileno), slots.slot_size)
     slots.close()
 
@@ -37,6 +37,20 @@ def test_pixels_arrive_and_may_be_written(ends):
     for side, image in sent.items():
         np.testing.assert_array_equal(got[side], image)
         assert got[side].flags.writeable
+
+
+def test_images_of_any_type_and_number_arrive(ends):
+    slots, window = ends
+    rng = np.random.default_rng(3)
+    sent = {
+        "depth": rng.random((20, 50), np.float32),
+        "millimetres": rng.integers(0, 1 << 16, (7, 9), dtype=np.uint16),
+        "color": rng.integers(0, 256, (11, 13, 3), dtype=np.uint8),
+    }
+    got = window.arrays(slots.put(sent))
+    assert [(name, image.dtype) for name, image in got.items()] == [(name, image.dtype) for name, image in sent.items()]
+    for name, image in sent.items():
+        np.testing.assert_array_equal(got[name], image)
 
 
 def test_a_slot_is_the_childs_until_nothing_refers_to_its_pixels(ends):
@@ -60,7 +74,7 @@ def test_a_slot_is_the_childs_until_nothing_refers_to_its_pixels(ends):
 def test_what_does_not_fit_takes_the_pipe(ends):
     slots, _ = ends
     assert slots.put(pair(1, (49, 64))) is None
-    assert slots.put({"left": np.zeros((48, 64), np.float32)}) is None
+    assert slots.put({"left": np.zeros((48, 64, 3), np.float32)}) is None
 
 
 def test_a_slot_that_the_child_has_not_cannot_be_handed_back(ends):
@@ -76,7 +90,9 @@ def test_a_slot_that_the_child_has_not_cannot_be_handed_back(ends):
 
 def test_a_message_cannot_point_outside_the_memory(ends):
     _, window = ends
-    for shared in ({"slot": SLOTS, "images": []}, {"slot": 0, "images": [["left", [4800, 64]]]}, {"slot": 0}, {}):
+    outside = [("|u1", [4800, 64]), ("<f4", [48, 64, 2]), ("|O", [1]), ("|u1", [-1])]
+    wrong = [{"slot": 0, "images": [["left", *image]]} for image in outside]
+    for shared in ({"slot": SLOTS, "images": []}, {"slot": -1, "images": []}, {"slot": 0}, {}, *wrong):
         with pytest.raises(WireError):
             window.arrays(shared)
 
@@ -96,7 +112,7 @@ def crc(measurement):
 @pytest.mark.parametrize("way", ["memory", "pipe"])
 def test_every_pair_arrives_bit_for_bit_either_way(host_of, rig, monkeypatch, way, options):
     if way == "pipe":
-        monkeypatch.setattr(host_module, "_image_slots", lambda rig: None)
+        monkeypatch.setattr(host_module, "_image_slots", lambda cameras: None)
     host = host_of("cameras:Looks", options)
     host.start()
     shape = (rig.stereo.height, rig.stereo.width)

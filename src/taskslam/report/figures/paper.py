@@ -219,10 +219,12 @@ def _completeness_rows(ranked: Sequence[MethodResult]) -> list[Row]:
 
 def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
     """What filling and the shapes of markers mean, as far as these methods show it."""
-    shapes = {result.style.shape: result.sensor for result in ranked}
+    shapes: dict[int, set[str]] = {}
+    for result in ranked:
+        shapes.setdefault(result.style.shape, set()).add(result.sensor)
     lines = [KeyLine("whisker: 95 % interval"), KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)]
-    if all(shapes.values()) and len(shapes) > 1:
-        named = sorted((cards.sensor_name(sensor), shape) for shape, sensor in shapes.items())
+    if all(map(all, shapes.values())) and len(shapes) > 1:
+        named = sorted((", ".join(sorted(map(cards.sensor_name, sensors))), shape) for shape, sensors in shapes.items())
         lines += [KeyLine(name, Style(palette.MUTED, shape)) for name, shape in named]
     return lines
 

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.measurements import Sensor, StereoImages
-from taskslam.robot import StereoCamera
+from taskslam.robot import Camera, StereoCamera
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.rasterizer import Pinhole
 from taskslam.simulation.rendering.scene import Scene, View
 from taskslam.simulation.sensors.exposure import AutomaticExposure, FixedExposure
 from taskslam.simulation.sensors.read_noise import develop
+from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
 from taskslam.world import World
 
 
-def pinhole_of(camera: StereoCamera) -> Pinhole:
-    """The pinhole that both cameras of a pair are."""
+def pinhole_of(camera: Camera) -> Pinhole:
+    """How a camera is rendered; both of a pair are alike."""
     return Pinhole(camera.width, camera.height, camera.focal_length, camera.center, camera.near, camera.far)
 
 
@@ -43,6 +45,11 @@ class StereoCameraSensor:
         self._beside = ThreadPoolExecutor(1, "right-eye")
         self._exposure = AutomaticExposure(camera.rate) if exposure == "auto" else FixedExposure(exposure)
         self.reset(0)
+
+    @classmethod
+    def fitted(cls, camera: StereoCamera, surroundings: Surroundings) -> Self:
+        """As a robot carries it through a world."""
+        return cls(camera, surroundings.world, surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise after the count-th reset; automatic exposure starts anew."""

@@ -6,12 +6,15 @@ back to the true trajectory. Gravity is 9.8 m/s^2, as in Gazebo's worlds, and sh
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Sensor
 from taskslam.robot import Imu
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
 
 GRAVITY = 9.8  # m/s^2
@@ -32,6 +35,11 @@ class InertialSensor:
         self._gyro_bias = imu.gyro_bias * stream(seed, "imu/gyro_bias").standard_normal(3)
         self._accel_bias = imu.accel_bias * stream(seed, "imu/accel_bias").standard_normal(3)
         self.reset(0)
+
+    @classmethod
+    def fitted(cls, imu: Imu, surroundings: Surroundings) -> Self:
+        """As a robot carries it through a world."""
+        return cls(imu, surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 from numba import njit
 
@@ -10,6 +12,7 @@ from taskslam.robot import Lidar2D
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.ray_fan import RayFan
 from taskslam.simulation.sensors.raytracing import RayCaster
+from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
 
 
@@ -29,6 +32,11 @@ class LaserScanner:
         self._time_increment = round(NANOSECONDS / lidar.rate / lidar.samples) if lidar.rolling else 0
         self._ages = np.arange(lidar.samples - 1, -1, -1) * self._time_increment
         self.reset(0)
+
+    @classmethod
+    def fitted(cls, lidar: Lidar2D, surroundings: Surroundings) -> Self:
+        """As a robot carries it through a world."""
+        return cls(lidar, surroundings.rays, surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 from numba import njit
 
@@ -10,6 +12,7 @@ from taskslam.robot import Lidar3D
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.ray_fan import RayFan
 from taskslam.simulation.sensors.raytracing import RayCaster
+from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
 
 
@@ -35,6 +38,11 @@ class SpinningLidar:
         self._sweep = -np.round(ages).astype(np.int32) if lidar.rolling else np.zeros(lidar.samples, np.int32)
         self._offsets = np.tile(self._sweep, lidar.rings)
         self.reset(0)
+
+    @classmethod
+    def fitted(cls, lidar: Lidar3D, surroundings: Surroundings) -> Self:
+        """As a robot carries it through a world."""
+        return cls(lidar, surroundings.rays, surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""

@@ -23,11 +23,12 @@ from __future__ import annotations
 import itertools
 import math
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -35,12 +36,14 @@ from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodErr
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.robot import SensorRig
+from taskslam.sensors import sensor_kind
 from taskslam.slam.base import PoseEstimate, Status
-from taskslam.slam.conformance.drive import ConformanceDrive, Eyes
+from taskslam.slam.conformance.drive import BY_FORMULA, ConformanceDrive, Look
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import MethodHost
-from taskslam.slam.guest.latency import FRAME_SENSORS
 from taskslam.slam.guest.process import Limits
+
+MakeLooks: TypeAlias = Callable[[SensorRig, Collection[Sensor]], Mapping[Sensor, Look]]
 
 _FIRST_DRIVE_S = 60.0
 _SILENCE_S = 2.0
@@ -83,13 +86,14 @@ def check_method(
     minutes: float = 10.0,
     limits: Limits | None = None,
     on_result: Callable[[CheckResult], None] = lambda _: None,
-    make_eyes: Callable[[SensorRig], Eyes] | None = None,
+    make_looks: MakeLooks | None = None,
 ) -> list[CheckResult]:
     """Try a method; every check is in the result once, in the order of the module's table.
 
     method: a registered name or `package.module:Class`. minutes: simulated length of the memory check, at least 1.
-    on_result: told of each result as soon as it is known. make_eyes: makes what a rig's stereo camera sees on the drive
-    (`benchmark.conformance_eyes`), called only for a method that needs images; without it such a method is skipped.
+    on_result: told of each result as soon as it is known. make_looks: makes what those sensors of a rig say on the
+    drive that no formula knows, such as cameras (`benchmark.conformance_eyes`), called only for a method that needs
+    them; without it such a method is skipped.
 
     Raises:
         UnknownMethodError, MethodUnavailableError: there is nothing to check.
@@ -98,7 +102,7 @@ def check_method(
     if not minutes >= 1:
         raise InputError(f"the memory check runs for {minutes:g} simulated minutes; expected at least 1")
     with tempfile.TemporaryDirectory(prefix="taskslam-check-") as folder, ExitStack() as stack:
-        suite = _Suite(method, options, rig, minutes, limits or Limits(), Path(folder), stack, make_eyes)
+        suite = _Suite(method, options, rig, minutes, limits or Limits(), Path(folder), stack, make_looks)
         results = []
         for name, check in suite.checks().items():
             results.append(_try(name, check))
@@ -131,11 +135,11 @@ class _Suite:
         limits: Limits,
         folder: Path,
         stack: ExitStack,
-        make_eyes: Callable[[SensorRig], Eyes] | None,
+        make_looks: MakeLooks | None,
     ) -> None:
         self._method, self._options, self._rig, self._limits = method, options, rig, limits
         self._minutes, self._folder, self._stack = minutes, folder, stack
-        self._make_eyes = make_eyes
+        self._make_looks = make_looks
         self._host: MethodHost | None = None
         self._drive = ConformanceDrive(rig)
         self._first: list[PoseEstimate] | None = None
@@ -157,10 +161,10 @@ class _Suite:
     def _needs_declared(self) -> str:
         card = self._started().card
         still = max(2.0, card.needs_still_start)
-        sees = Sensor.STEREO_IMAGES in card.sensors and self._make_eyes is not None
-        eyes = self._make_eyes(self._rig) if sees and self._make_eyes else None
+        seen = frozenset(card.sensors) - BY_FORMULA
+        looks = self._make_looks(self._rig, seen) if seen and self._make_looks else None
         sensors = {*card.sensors, Sensor.WHEEL_ODOMETRY}
-        self._drive = ConformanceDrive(self._rig, still, sensors=sensors, eyes=eyes)
+        self._drive = ConformanceDrive(self._rig, still, sensors=sensors, looks=looks)
         return f"{card.name} {card.version} ({card.kind}) asks for {', '.join(card.sensors)}"
 
     def _poses(self) -> str:
@@ -182,7 +186,8 @@ class _Suite:
         self._clock_s += 0.5
         if host.collect(self._now):
             raise _FailedError("it gave a pose though nothing was fed")
-        first = first + self._run(_SILENCE_S, scans=not FRAME_SENSORS.intersection(host.card.sensors))
+        takes_frames = any(sensor_kind(sensor).is_frame for sensor in host.card.sensors)
+        first = first + self._run(_SILENCE_S, scans=not takes_frames)
         for before, after in itertools.pairwise(first):
             if after.stamp <= before.stamp:
                 raise _FailedError(f"two poses carry the stamp {after.stamp / NANOSECONDS:.3f} s: nothing was new")
@@ -255,8 +260,8 @@ class _Suite:
     def _alive(self) -> MethodHost:
         if self._host is None:
             raise _SkippedError("the method failed before")
-        if Sensor.STEREO_IMAGES in self._host.card.sensors and self._make_eyes is None:
-            raise _SkippedError("it needs stereo images, and nobody rendered any")
+        if (seen := frozenset(self._host.card.sensors) - BY_FORMULA) and self._make_looks is None:
+            raise _SkippedError(f"it needs {', '.join(sorted(seen))}, and nobody rendered any")
         return self._host
 
     def _first_drive(self) -> list[PoseEstimate]:

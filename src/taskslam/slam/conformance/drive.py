@@ -2,14 +2,15 @@
 
 It depends on numpy alone, not on the simulator, so that a method's author can read in one page what is fed. The robot
 circles the island of the room (`conformance_room.py`) on an ellipse at 0.3 m/s after standing still for a while.
-Everything follows from the rig and a seed. Images come from whoever makes the drive: it renders nothing itself.
+Everything follows from the rig and a seed. Images, and whatever other packages' sensors say, come from whoever makes
+the drive: it renders nothing itself.
 """
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import TypeAlias
 
 import numpy as np
@@ -22,28 +23,30 @@ from taskslam.measurements import (
     Measurement,
     PointCloud,
     Sensor,
-    StereoImages,
     TruePose,
     WheelOdometry,
 )
 from taskslam.robot import Imu, Lidar2D, Lidar3D, SensorRig
+from taskslam.sensors import sensor_kind
 from taskslam.slam.conformance.room import planar_distances, spatial_distances
 
 _SPEED = 0.3
 _HALF_AXES = (2.6, 1.8)
 _INSTANT_S = 0.005  # half the time over which the turning rate is taken
 _GRAVITY = 9.8  # m/s^2, as in the simulator
-Eyes: TypeAlias = Callable[[int, SE2], StereoImages]
-"""What the rig's stereo camera sees at a stamp (ns) with the base at a pose in the room's frame."""
+Look: TypeAlias = Callable[[int, SE2], Measurement]
+"""What a sensor of the rig says at a stamp (ns) with the base at a pose in the room's frame."""
 
+BY_FORMULA = frozenset({Sensor.TRUE_POSE, Sensor.WHEEL_ODOMETRY, Sensor.IMU, Sensor.LASER_SCAN, Sensor.POINT_CLOUD})
 _DEFAULT_SENSORS = frozenset({Sensor.TRUE_POSE, Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})
 
 
 class ConformanceDrive:
     """Deterministic measurements of a robot with this rig; iterate with `measurements`.
 
-    still: seconds of standstill at the start. sensors: what is measured at all, as far as the rig has it. eyes: what
-    the stereo camera sees; without them there are no images. Poses are `T_start_base`, the first being the identity.
+    still: seconds of standstill at the start. sensors: what is measured at all, as far as the rig has it. looks: what
+    the sensors say that no formula here knows, such as images (not in `BY_FORMULA`); without them those are silent.
+    Poses are `T_start_base`, the first being the identity.
     """
 
     def __init__(
@@ -52,10 +55,10 @@ class ConformanceDrive:
         still: float = 2.0,
         seed: int = 0,
         sensors: Collection[Sensor] = _DEFAULT_SENSORS,
-        eyes: Eyes | None = None,
+        looks: Mapping[Sensor, Look] | None = None,
     ) -> None:
         self._rig = rig
-        self._eyes = eyes
+        self._looks = looks or {}
         self._still = still
         self._seed = seed
         self._sensors = frozenset(sensors)
@@ -79,7 +82,7 @@ class ConformanceDrive:
         """What the sensors say with begin <= stamp < end (ns), in stamp order, the same for every way to cut it.
 
         At equal stamps true pose and odometry come first, then the IMU, the LiDARs, and images. scans: False leaves
-        LiDARs and images out.
+        all but odometry and IMU out.
         """
         rig, sensors = self._rig, self._sensors
         streams = [self._odometry_with_truth(begin, end)]
@@ -89,8 +92,10 @@ class ConformanceDrive:
             streams.append(self._scan(stamp, rig.lidar_2d) for stamp in _ticks(begin, end, rig.lidar_2d.rate))
         if rig.lidar_3d and scans and Sensor.POINT_CLOUD in sensors:
             streams.append(self._cloud(stamp, rig.lidar_3d) for stamp in _ticks(begin, end, rig.lidar_3d.rate))
-        if rig.stereo and scans and self._eyes and Sensor.STEREO_IMAGES in sensors:
-            streams.append(self._images(_ticks(begin, end, rig.stereo.rate), self._eyes))
+        if scans:
+            for sensor, look in self._looks.items():
+                rate = sensor_kind(sensor).part_of(rig).rate
+                streams.append(self._looked(_ticks(begin, end, rate), look))
         yield from heapq.merge(*streams, key=lambda measurement: measurement.stamp)  # stable: earlier streams first
 
     def _in_room(self, seconds: FloatArray) -> FloatArray:
@@ -171,9 +176,9 @@ class ConformanceDrive:
         points = (directions[seen] * ranges[seen, None]).astype(np.float32)
         return PointCloud(stamp, points, ring[seen], sweep[seen])
 
-    def _images(self, stamps: range, eyes: Eyes) -> Iterator[Measurement]:
+    def _looked(self, stamps: range, look: Look) -> Iterator[Measurement]:
         for stamp in stamps:
-            yield eyes(stamp, SE2(*self._in_room(np.array([stamp / NANOSECONDS]))[0].tolist()))
+            yield look(stamp, SE2(*self._in_room(np.array([stamp / NANOSECONDS]))[0].tolist()))
 
     def _inertial(self, stamp: int, imu: Imu) -> ImuSamples:
         """The mean over the period that ends at `stamp`, with the biases of the seed and noise of the stamp."""

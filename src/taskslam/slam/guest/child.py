@@ -21,15 +21,14 @@ from typing import Any
 import numpy as np
 
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError, did_you_mean
-from taskslam.measurements import Sensor
 from taskslam.processes import messages
 from taskslam.processes.confine import confine_this_process
 from taskslam.processes.landlock import close_folder
 from taskslam.robot import SensorRig
+from taskslam.sensors import cameras, sensor_kind
 from taskslam.slam import registry
 from taskslam.slam.base import PoseEstimate, SlamMethod, Status
 from taskslam.slam.guest import wire
-from taskslam.slam.guest.latency import FRAME_SENSORS
 from taskslam.slam.guest.pacing import Pacer
 from taskslam.slam.guest.process import SINGLE_THREADED
 from taskslam.slam.guest.shared_images import ImageWindow
@@ -117,7 +116,7 @@ class _Child:
             arrays.update(self._images.arrays(header["shared"]))
         number, measurement = wire.unpack_measurement(header, arrays)
         arrays.clear()
-        is_frame = measurement.sensor in FRAME_SENSORS
+        is_frame = sensor_kind(measurement.sensor).is_frame
         if is_frame:
             self._flush()  # what came before is not held up by a long frame
             if self._pacer is not None:
@@ -151,9 +150,6 @@ class _Child:
                 self._name = header["method"]
                 close_results(Path(header["results"]), header["options"])
                 found = registry.load_method(self._name)
-                if self._images is not None and Sensor.STEREO_IMAGES not in found.card.sensors:
-                    self._images.close()
-                    self._images = None
                 if found.card.asynchronous:
                     for variable in SINGLE_THREADED:
                         os.environ.pop(variable, None)
@@ -163,6 +159,9 @@ class _Child:
             case "start":
                 assert self._method is not None
                 method, rig = self._method, SensorRig.model_validate_json(header["rig"])
+                if self._images is not None and cameras(rig).keys().isdisjoint(method.card.sensors):
+                    self._images.close()
+                    self._images = None
                 self._guarded(lambda: method.start(rig))
                 self._answer()
             case "save_map" | "load_map" as verb:

@@ -12,6 +12,7 @@ from taskslam.geometry import is_rigid
 from taskslam.measurements import Sensor
 from taskslam.processes import messages
 from taskslam.robot import SensorRig
+from taskslam.sensors import fitted, sensor_kind
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, Status
 
 _LONGEST_LATENCY_S = 60.0
@@ -26,7 +27,7 @@ def read_card(method: str, answer: messages.Header) -> MethodCard:
     """
     try:
         fields = dict(answer["card"])
-        fields["sensors"] = tuple(Sensor(sensor) for sensor in fields["sensors"])
+        fields["sensors"] = tuple(sensor_kind(sensor).sensor for sensor in fields["sensors"])
         fields["kind"], fields["map_mode"] = Kind(fields["kind"]), MapMode(fields["map_mode"])
         card = MethodCard(**fields)
         if not (0 <= card.latency < _LONGEST_LATENCY_S and card.queue >= 1 and 0 <= card.needs_still_start < math.inf):
@@ -35,7 +36,7 @@ def read_card(method: str, answer: messages.Header) -> MethodCard:
                 f"0 to {_LONGEST_LATENCY_S:g} s, at least 1, and a finite time"
             )
         return card
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, InputError) as error:
         raise InputError(f"method '{method}': its card is not valid: {error}") from error
 
 
@@ -80,15 +81,9 @@ def check_needs(card: MethodCard, rig: SensorRig) -> None:
         raise InputError(f"method '{card.name}' uses an odometry prior but has no wheel_odometry among its sensors")
     if not card.sensors:
         raise InputError(f"method '{card.name}' asks for no sensor")
-    fitted = {
-        Sensor.LASER_SCAN: rig.lidar_2d,
-        Sensor.POINT_CLOUD: rig.lidar_3d,
-        Sensor.STEREO_IMAGES: rig.stereo,
-        Sensor.IMU: rig.imu,
-    }
-    has = {Sensor.WHEEL_ODOMETRY, Sensor.TRUE_POSE} | {sensor for sensor, part in fitted.items() if part is not None}
-    if missing := [sensor for sensor in card.sensors if sensor not in has]:
+    has = fitted(rig)
+    if missing := [sensor for sensor in card.sensors if sensor not in has and sensor != Sensor.TRUE_POSE]:
         raise InputError(
             f"method '{card.name}' needs {', '.join(missing)}, which the robot has not (it has "
-            f"{', '.join(sorted(has - {Sensor.TRUE_POSE}))})"
+            f"{', '.join(sorted(has))})"
         )

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import shutil
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self
@@ -33,7 +33,8 @@ from taskslam.errors import (
 from taskslam.measurements import NANOSECONDS, Measurement
 from taskslam.outcomes import Outcome
 from taskslam.processes import messages
-from taskslam.robot import SensorRig
+from taskslam.robot import Part, SensorRig
+from taskslam.sensors import cameras
 from taskslam.slam.base import MethodCard, PoseEstimate
 from taskslam.slam.guest import wire
 from taskslam.slam.guest.contract import check_needs, read_card, read_estimate, what_is_wrong
@@ -123,7 +124,8 @@ class MethodHost:
         """
         if self._guest is not None:
             raise HostFailedError(f"method '{self._name}' was started already")
-        self._images = _image_slots(self._rig)
+        self._cameras = cameras(self._rig)
+        self._images = _image_slots(self._cameras.values())
         self._guest = GuestProcess(self._log, self._limits, ":" in self._name, self._images)
         try:
             timeout = self._limits.start_timeout_s
@@ -252,8 +254,8 @@ class MethodHost:
                 return
 
     def _send(self, handed: list[HandOver]) -> None:
-        share = self._images.put if self._images is not None else None
         for hand_over in handed:
+            share = self._images.put if self._images and hand_over.measurement.sensor in self._cameras else None
             self._unsent += wire.pack_measurement(hand_over.number, hand_over.measurement, share)
             self._outstanding.append(hand_over)
             if hand_over.due != NEVER:
@@ -365,10 +367,10 @@ class MethodHost:
         raise self._failure
 
 
-def _image_slots(rig: SensorRig) -> ImageSlots | None:
-    """Shared memory for the rig's images, or None where there are no images or no such memory: the pipe works too."""
+def _image_slots(cameras: Collection[Part]) -> ImageSlots | None:
+    """Shared memory for images, or None where there are no cameras or no such memory: the pipe works too."""
     try:
-        return None if rig.stereo is None else ImageSlots(rig.stereo)
+        return ImageSlots(cameras) if cameras else None
     except OSError:
         return None
 

@@ -18,9 +18,9 @@ from enum import StrEnum
 
 from taskslam.errors import InputError
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
+from taskslam.sensors import sensor_kind
 
 NEVER = 1 << 62
-FRAME_SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.POINT_CLOUD, Sensor.STEREO_IMAGES})
 
 
 class LatencyMode(StrEnum):
@@ -92,7 +92,7 @@ class Schedule:
     """
 
     def __init__(self, sensors: tuple[Sensor, ...], queue: int, latency: int | None) -> None:
-        self._occupying = FRAME_SENSORS.intersection(sensors)
+        self._occupying = frozenset(sensor for sensor in sensors if sensor_kind(sensor).is_frame)
         self._queue = max(1, queue)
         self._latency = latency
         self._waiting: deque[Measurement] = deque()
@@ -167,7 +167,7 @@ class Schedule:
         return HandOver(self._numbers, measurement, taken, due)
 
     def _drop_oldest(self, sensor: Sensor) -> None:
-        queued = [i for i, waiting in enumerate(self._waiting) if waiting.sensor is sensor]
+        queued = [i for i, waiting in enumerate(self._waiting) if waiting.sensor == sensor]
         if len(queued) > self._queue:
             del self._waiting[queued[0]]
             self.dropped += 1

@@ -1,9 +1,10 @@
 """Images travel to the method in shared memory: copied once into a slot, of which only the number goes down the pipe.
 
-The host makes a memory file of a few slots, each as large as one image pair of the rig, seals its size and passes its
-descriptor to the child. A slot belongs to the child from the message that names it until the child says that nothing
-refers to its pixels any more; a method may therefore keep an image as long as it likes. While no slot is free, and for
-images of an unexpected size, the pixels go through the pipe as any other array: nothing depends on which way they came.
+The host makes a memory file of a few slots, each as large as all images that a camera of the rig takes at once, seals
+its size and passes its descriptor to the child. A slot belongs to the child from the message that names it until the
+child says that nothing refers to its pixels any more; a method may therefore keep an image as long as it likes. While
+no slot is free, and for images of an unexpected size, the pixels go through the pipe as any other array: nothing
+depends on which way they came.
 """
 
 from __future__ import annotations
@@ -16,28 +17,26 @@ import weakref
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
-from taskslam.processes.messages import Arrays, Header, WireError
-from taskslam.robot import StereoCamera
+from taskslam.processes.messages import DTYPES, Arrays, Header, WireError
+from taskslam.robot import Part
 
 SLOTS = 4  # one in work, one waiting, one being written, one that a method keeps for comparison
 _ALIGNMENT = 64
 _SEALS = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL  # a shrunk file would kill who writes into it
 
-Declared = list[tuple[str, tuple[int, ...]]]
+Declared = list[tuple[str, str, tuple[int, ...]]]
 
 
 class ImageSlots:
-    """The host's end. fileno: descriptor of the memory file, for the child to inherit.
+    """The host's end. cameras: whose images travel; fileno: descriptor of the memory file, for the child to inherit.
 
     Raises:
         OSError: the kernel gives no memory file.
     """
 
-    def __init__(self, camera: StereoCamera, slots: int = SLOTS) -> None:
-        image = camera.width * camera.height * (3 if camera.color else 1)
-        self._slot_size = _aligned(image) * 2
+    def __init__(self, cameras: Iterable[Part], slots: int = SLOTS) -> None:
+        self._slot_size = max(sum(map(_aligned, camera.image_bytes())) for camera in cameras)
         self._free = list(range(slots))
         self._taken: set[int] = set()
         self.fileno = os.memfd_create("taskslam-images", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
@@ -55,17 +54,17 @@ class ImageSlots:
         return self._slot_size
 
     def put(self, arrays: Arrays) -> dict[str, object] | None:
-        """Copy uint8 arrays into a free slot; what the message says of it, or None if they must take the pipe."""
+        """Copy images into a free slot; what the message says of it, or None if they must take the pipe."""
         need = sum(_aligned(array.nbytes) for array in arrays.values())
-        if not self._free or need > self._slot_size or any(array.dtype != np.uint8 for array in arrays.values()):
+        if not self._free or need > self._slot_size:
             return None
         slot = self._free.pop()
         self._taken.add(slot)
         at = slot * self._slot_size
         declared: Declared = []
         for name, array in arrays.items():
-            np.ndarray(array.shape, np.uint8, self._memory, at)[...] = array
-            declared.append((name, array.shape))
+            np.ndarray(array.shape, array.dtype, self._memory, at)[...] = array
+            declared.append((name, array.dtype.str, array.shape))
             at += _aligned(array.nbytes)
         return {"slot": slot, "images": declared}
 
@@ -106,18 +105,24 @@ class ImageWindow:
         try:
             slot, declared = shared["slot"], shared["images"]
             begin = slot * self._slot_size
-            sizes = [(str(name), tuple(shape), math.prod(shape)) for name, shape in declared]
+            images = [(str(name), DTYPES[dtype], tuple(shape)) for name, dtype, shape in declared]
+            sizes = [math.prod(shape) * dtype.itemsize for _, dtype, shape in images]
         except (KeyError, TypeError, ValueError) as error:
             raise WireError(f"not an image slot: {error}") from error
-        if sum(_aligned(size) for *_, size in sizes) > self._slot_size or begin + self._slot_size > len(self._memory):
-            raise WireError(f"images of {[shape for _, shape, _ in sizes]} do not fit into slot {slot}")
+        if (
+            min(sizes, default=0) < 0
+            or begin < 0
+            or sum(map(_aligned, sizes)) > self._slot_size
+            or begin + self._slot_size > len(self._memory)
+        ):
+            raise WireError(f"images of {[shape for *_, shape in images]} do not fit into slot {slot}")
         # Every image, and whatever a method cuts out of one, is a view of `pixels` and keeps it alive.
         pixels = np.frombuffer(self._memory[begin : begin + self._slot_size], np.uint8)
         weakref.finalize(pixels, self._released.append, slot).atexit = False
-        arrays: dict[str, npt.NDArray[np.uint8]] = {}
+        arrays: Arrays = {}
         at = 0
-        for name, shape, size in sizes:
-            arrays[name] = pixels[at : at + size].reshape(shape)
+        for (name, dtype, shape), size in zip(images, sizes, strict=True):
+            arrays[name] = pixels[at : at + size].view(dtype).reshape(shape)
             at += _aligned(size)
         return arrays
 

@@ -6,13 +6,16 @@ import dataclasses
 import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from taskslam.errors import InputError
 from taskslam.geometry import SE2
-from taskslam.measurements import MEASUREMENT_TYPES, Measurement, Sensor
+from taskslam.measurements import Measurement
 from taskslam.processes.messages import Arrays, Header, WireError, pack
+from taskslam.sensors import sensor_kind
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,10 @@ def _layout(kind: type) -> _Layout:
     return _Layout(tuple(scalars), tuple(poses), tuple(arrays))
 
 
-_LAYOUTS = {sensor: _layout(kind) for sensor, kind in MEASUREMENT_TYPES.items()}
+@cache
+def _known(sensor: str) -> tuple[type[Measurement], _Layout]:
+    measurement = sensor_kind(sensor).measurement
+    return measurement, _layout(measurement)
 
 
 def pack_measurement(
@@ -62,7 +68,7 @@ def pack_measurement(
     Raises:
         WireError: a field has not the type that its dataclass declares.
     """
-    layout = _LAYOUTS[measurement.sensor]
+    _, layout = _known(measurement.sensor)
     values: dict[str, object] = {}
     for name, scalar in layout.scalars:
         values[name] = scalar(getattr(measurement, name))
@@ -75,7 +81,7 @@ def pack_measurement(
         if array.dtype != dtype:
             raise WireError(f"{type(measurement).__name__}.{name} has dtype {array.dtype}; expected {dtype}")
         arrays[name] = array
-    header: Header = {"feed": measurement.sensor.value, "number": number, "values": values}
+    header: Header = {"feed": measurement.sensor, "number": number, "values": values}
     shared = share(arrays) if share is not None and arrays else None
     return pack(header, arrays) if shared is None else pack({**header, "shared": shared})
 
@@ -87,8 +93,7 @@ def unpack_measurement(header: Header, arrays: Arrays) -> tuple[int, Measurement
         WireError: a field is missing, unknown or of the wrong type.
     """
     try:
-        sensor = Sensor(header["feed"])
-        kind, layout = MEASUREMENT_TYPES[sensor], _LAYOUTS[sensor]
+        kind, layout = _known(header["feed"])
         values = header["values"]
         fields: dict[str, Any] = {}
         for name, scalar in layout.scalars:
@@ -104,7 +109,7 @@ def unpack_measurement(header: Header, arrays: Arrays) -> tuple[int, Measurement
                 raise TypeError(f"{name} has dtype {arrays[name].dtype}, expected {dtype}")
             fields[name] = arrays[name]
         return header["number"], kind(**fields)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, InputError) as error:
         raise WireError(f"not a measurement: {error}") from error
 
 

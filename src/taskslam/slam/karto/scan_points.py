@@ -39,13 +39,10 @@ def scan_to_points(
     """Hits of a scan within max_range metres, in the base frame of the scan's stamp.
 
     T_base_laser: (4, 4) mount. motion: (number of rays, 3) pose of the base at each ray's instant seen from the base at
-    the stamp, to deskew a rolling scan; None for an instant scan. NaN, infinite and out-of-range rays are left out.
+    the stamp, to deskew a rolling scan; None for an instant scan.
     """
     ranges = np.asarray(scan.ranges, dtype=np.float64)
-    # A range of exactly range_max is how many drivers report a miss.
-    limit = min(max_range, scan.range_max)
-    with np.errstate(invalid="ignore"):
-        hit = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges > 0) & (ranges < limit)
+    hit = scan.hits() & (ranges < max_range)
     angles = scan.angles()[hit]
     r = ranges[hit]
     x, y = r * np.cos(angles), r * np.sin(angles)

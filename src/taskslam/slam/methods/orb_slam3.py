@@ -26,8 +26,8 @@ import numpy as np
 
 from taskslam.errors import InputError, MethodUnavailableError
 from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
-from taskslam.measurements import NANOSECONDS, Measurement, Sensor, StereoImages
-from taskslam.robot import SensorRig
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor
+from taskslam.robot import Camera, SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.orb.settings_file import OrbSettings, write_settings
 from taskslam.slam.orb.start_map import StartMap
@@ -62,6 +62,8 @@ class OrbSlam3(SlamMethod):
         extra="orb-slam3",
     )
 
+    _mode = "STEREO"  # of the package's sensors
+
     def __init__(
         self,
         vocabulary: str = "",
@@ -79,31 +81,32 @@ class OrbSlam3(SlamMethod):
 
         Raises:
             MethodUnavailableError: a system library that the package needs is absent.
-            InputError: the vocabulary cannot be used, or the robot has no stereo camera.
+            InputError: the vocabulary cannot be used, or the robot has no such camera.
         """
-        if rig.stereo is None:
-            raise InputError("orb_slam3 needs stereo_images, which the robot has not")
+        camera = self._camera(rig)
+        if camera is None:
+            raise InputError(f"{self.card.name} needs {', '.join(self.card.sensors)}, which the robot has not")
         package = _package()
         scratch = Path.cwd()
         settings = scratch / "orb-slam3.yaml"
-        write_settings(settings, rig.stereo, self._settings)
-        self._slam = package.Slam(self._vocabulary_file(scratch), str(settings), package.Sensor.STEREO)
+        write_settings(settings, camera, self._settings)
+        self._slam = package.Slam(self._vocabulary_file(scratch), str(settings), getattr(package.Sensor, self._mode))
         self._tracked_state = package.TrackingState.OK
         self._map = StartMap(self._slam, scratch / "keyframes.tum")
-        self._T_base_optical: FloatArray = rig.stereo.mount.matrix() @ OPTICAL_IN_BODY
+        self._T_base_optical: FloatArray = camera.mount.matrix() @ OPTICAL_IN_BODY
         self._T_optical_base: FloatArray = np.linalg.inv(self._T_base_optical)
         self._T_start_base: FloatArray = np.eye(4)
         self._first_stamp: int | None = None
         self._origin_known = True
 
     def feed(self, measurement: Measurement) -> PoseEstimate | None:
-        """Track one image pair."""
-        if not isinstance(measurement, StereoImages):
+        """Track the images of one instant."""
+        if measurement.sensor not in self.card.sensors:
             return None
         stamp = measurement.stamp
         if self._first_stamp is None:
             self._first_stamp = stamp
-        result = self._slam.track_stereo(measurement.left, measurement.right, stamp / NANOSECONDS)
+        result = self._track(measurement, stamp / NANOSECONDS)
         tracked = result.state == self._tracked_state and result.pose_wc is not None
         if tracked and not self._map.began:
             # A map that begins later begins where the robot has driven to, and nobody knows where that is.
@@ -119,6 +122,12 @@ class OrbSlam3(SlamMethod):
         """Let its threads end."""
         if self._slam is not None:
             self._slam.shutdown()
+
+    def _camera(self, rig: SensorRig) -> Camera | None:
+        return rig.stereo
+
+    def _track(self, images: Any, seconds: float) -> Any:
+        return self._slam.track_stereo(images.left, images.right, seconds)
 
     def _vocabulary_file(self, scratch: Path) -> str:
         if self._vocabulary:
@@ -137,6 +146,6 @@ def _package() -> Any:
     except ImportError as error:
         if missing := missing_libraries():
             remedy = f"system libraries {', '.join(missing)}, which are not installed: {install_command(missing)}"
-            raise MethodUnavailableError(f"method 'orb_slam3' needs the {remedy}") from error
-        raise MethodUnavailableError(f"method 'orb_slam3': pyorbslam3 cannot be loaded: {one_line(error)}") from error
+            raise MethodUnavailableError(f"ORB-SLAM3 needs the {remedy}") from error
+        raise MethodUnavailableError(f"ORB-SLAM3: pyorbslam3 cannot be loaded: {one_line(error)}") from error
     return pyorbslam3

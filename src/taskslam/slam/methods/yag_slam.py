@@ -181,9 +181,7 @@ class YagSlam(SlamMethod):
         return far or abs(step.theta) >= self._settings.minimum_travel_heading
 
     def _process(self, scan: LaserScan, T_fed_laser: SE2) -> None:
-        ranges = np.asarray(scan.ranges, dtype=np.float64)
-        with np.errstate(invalid="ignore"):
-            hit = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges < scan.range_max)
+        ranges, hit = np.asarray(scan.ranges, dtype=np.float64), scan.hits()
         if not hit.any() and self._last is not None:
             self._status = Status.LOST  # an empty scan would be a keyframe that matches anything
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from taskslam.robot import StereoCamera
+from taskslam.robot import Camera
 
 _MOST_FEATURES = 10_000
 _MOST_CONTRAST = 255
@@ -43,7 +43,7 @@ class OrbSettings:
             raise ValueError(f"close_depth is {self.close_depth}; expected at least 1 baseline")
 
 
-def write_settings(path: Path, camera: StereoCamera, settings: OrbSettings) -> None:
+def write_settings(path: Path, camera: Camera, settings: OrbSettings) -> None:
     """Write the file. ORB-SLAM3 wants a decimal point in every real number and none in a whole one."""
     focal, (cx, cy) = float(camera.focal_length), camera.center
     values: dict[str, float | int | str] = {
@@ -61,6 +61,7 @@ def write_settings(path: Path, camera: StereoCamera, settings: OrbSettings) -> N
         "Camera.fps": float(camera.rate),
         "Camera.bf": focal * camera.baseline,
         "Camera.RGB": 1,
+        "DepthMapFactor": 1.0,  # depth comes in metres
         "ThDepth": float(settings.close_depth),
         "ORBextractor.nFeatures": settings.features,
         "ORBextractor.scaleFactor": 1.2,

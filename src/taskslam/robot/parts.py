@@ -1,0 +1,156 @@
+"""The parts of a robot that sense: where each sits and what its maker says of it, validated by pydantic.
+
+Mounts are poses of the sensor in `base` (REP-105 base_link projected to the floor: x forward, y left, z up, origin on
+the floor between the wheels).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from taskslam.geometry import FloatArray, pose_from_xyz_rpy
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Vector3 = tuple[float, float, float]
+
+
+class Part(BaseModel):
+    """Anything that a robot is made of: frozen, and no key unknown."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def image_bytes(self) -> tuple[int, ...]:
+        """Bytes of each image of one measurement, which then travel in shared memory; none for what takes no images."""
+        return ()
+
+
+class Mount(Part):
+    """Where a sensor sits: pose of the sensor frame in `base`."""
+
+    xyz: Vector3
+    rpy: Vector3 = (0.0, 0.0, 0.0)
+
+    def matrix(self) -> FloatArray:
+        """(4, 4) `T_base_sensor`."""
+        return pose_from_xyz_rpy(self.xyz, self.rpy)
+
+
+class Lidar2D(Part):
+    """A planar LiDAR; ray i points along angle_min + i * (angle_max - angle_min) / (samples - 1)."""
+
+    mount: Mount
+    rate: Positive
+    samples: Annotated[int, Field(ge=2)]
+    angle_min: float
+    angle_max: float
+    range_min: NonNegative
+    range_max: Positive
+    resolution: NonNegative = 0.0
+    noise: NonNegative
+    rolling: bool = False
+
+    @property
+    def angle_increment(self) -> float:
+        """Angle between neighbouring rays, radians."""
+        return (self.angle_max - self.angle_min) / (self.samples - 1)
+
+    def angles(self) -> FloatArray:
+        """(samples,) ray directions in the laser frame, radians."""
+        return self.angle_min + self.angle_increment * np.arange(self.samples, dtype=np.float64)
+
+
+class OdometryNoise(Part):
+    """Gyro-integrated wheel odometry (protocol 4.6): encoders give distance, the gyro gives heading.
+
+    gyro_noise: standard deviation of one gyro sample at `gyro_rate`, rad/s; gyro_bias: standard deviation of the bias
+    that each run draws once, rad/s; scale: systematic relative distance error; slip: relative random distance error
+    per square root of a metre; rate: Hz of the published odometry.
+    """
+
+    rate: Positive
+    gyro_rate: Positive
+    gyro_noise: NonNegative
+    gyro_bias: NonNegative
+    scale: float = 0.0
+    slip: NonNegative = 0.0
+
+
+class Lidar3D(Part):
+    """A spinning LiDAR: `rings` evenly over the elevations, `samples` per ring over 360 degrees (protocol 4.4).
+
+    rolling: every firing sees the world from where the robot is at its own time; else the whole turn is one instant.
+    """
+
+    mount: Mount
+    rate: Positive
+    rings: Annotated[int, Field(ge=1, le=256)]
+    samples: Annotated[int, Field(ge=2)]
+    elevation_min: float
+    elevation_max: float
+    range_min: NonNegative
+    range_max: Positive
+    noise: NonNegative
+    rolling: bool = False
+
+
+class Camera(Part):
+    """A pinhole without distortion, and one beside it (protocol 4.3).
+
+    mount: pose of its body frame (x forward, y left, z up) in `base`; the other stands `baseline` metres to its right.
+    horizontal_fov: radians, gives fx = fy. noise: standard deviation of the read noise in grey levels of 0..255. near,
+    far: what is seen at all, metres. color: RGB images instead of grey ones. exposure: `auto`, or a fixed gain.
+    """
+
+    mount: Mount
+    rate: Positive
+    width: Annotated[int, Field(ge=16, le=8192)]
+    height: Annotated[int, Field(ge=16, le=8192)]
+    horizontal_fov: Annotated[float, Field(gt=0, lt=3.1)]
+    baseline: Positive
+    noise: NonNegative
+    near: Positive = 0.05
+    far: Positive = 50.0
+    color: bool = False
+    exposure: Literal["auto"] | Positive = "auto"
+
+    @property
+    def focal_length(self) -> float:
+        """Fx = fy in pixels."""
+        return 0.5 * self.width / math.tan(0.5 * self.horizontal_fov)
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Principal point cx, cy in pixels, OpenCV's convention (a pixel's centre has whole coordinates)."""
+        return 0.5 * self.width, 0.5 * self.height
+
+    @property
+    def image_shape(self) -> tuple[int, ...]:
+        """(height, width), and 3 in colour."""
+        return (self.height, self.width, 3)[: 3 if self.color else 2]
+
+
+class StereoCamera(Camera):
+    """A rectified pair; the mount is the left camera's."""
+
+    def image_bytes(self) -> tuple[int, ...]:
+        """Left and right."""
+        return (math.prod(self.image_shape),) * 2
+
+
+class Imu(Part):
+    """A six-axis IMU (protocol 4.5). Noises are per-sample standard deviations, biases are drawn once per run.
+
+    gyro_noise, gyro_bias: rad/s; accel_noise, accel_bias: m/s^2.
+    """
+
+    mount: Mount
+    rate: Positive
+    gyro_noise: NonNegative
+    gyro_bias: NonNegative
+    accel_noise: NonNegative
+    accel_bias: NonNegative

@@ -1,0 +1,92 @@
+"""The RGB-D camera: an image, and the depth of its pixels from the same pass of the rasterizer.
+
+Depth comes from matching a stereo pair, so its noise is that of a disparity: sigma_z = z^2 sigma_d / (f B), sigma_d the
+disparity's noise in pixels, f the focal length in pixels and B the baseline of the pair (Grunnet-Jepsen, Sweetser and
+Woodfill, "Tuning depth cameras for best performance", Intel RealSense). Every pixel draws alone. What a real one also
+has is left out: holes on what has no texture or lies in the shadow of one of the pair, and edges that fly.
+"""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
+from taskslam.measurements import RgbdImages, Sensor
+from taskslam.robot.rgbd import RgbdCamera
+from taskslam.simulation.motion import Motion
+from taskslam.simulation.rendering.scene import Scene, View, depth_image
+from taskslam.simulation.sensors.camera import pinhole_of
+from taskslam.simulation.sensors.exposure import AutomaticExposure, FixedExposure
+from taskslam.simulation.sensors.read_noise import develop
+from taskslam.simulation.sensors.simulated_sensor import Surroundings
+from taskslam.simulation.streams import stream
+from taskslam.world import World
+
+
+class RgbdCameraSensor:
+    """Image and depth of one instant."""
+
+    sensor = Sensor.RGBD_IMAGES
+
+    def __init__(self, camera: RgbdCamera, world: World, seed: int) -> None:
+        self.rate = camera.rate
+        self._camera = camera
+        self._seed = seed
+        self._scene = Scene(world, camera.color)
+        self._pinhole = pinhole_of(camera)
+        self._T_base_camera = camera.mount.matrix() @ OPTICAL_IN_BODY
+        exposure = camera.exposure
+        self._exposure = AutomaticExposure(camera.rate) if exposure == "auto" else FixedExposure(exposure)
+        self.reset(0)
+
+    @classmethod
+    def fitted(cls, camera: RgbdCamera, surroundings: Surroundings) -> Self:
+        """As a robot carries it through a world."""
+        return cls(camera, surroundings.world, surroundings.seed)
+
+    def reset(self, count: int) -> None:
+        """Fresh noise after the count-th reset; automatic exposure starts anew."""
+        self._read_noise = stream(self._seed, "rgbd/read_noise", count)
+        self._depth_noise = stream(self._seed, "rgbd/depth_noise", count)
+        self._exposure.reset()
+
+    def measure(self, stamp: int, motion: Motion) -> RgbdImages:
+        """What is exposed, in no time, at `stamp`."""
+        camera, view = self._camera, self.view(SE2(*motion.pose_at([stamp])[0]).matrix())
+        gain = self._exposure.gain(view.radiance_root)
+        key = int(self._read_noise.integers(0, 2**64, dtype=np.uint64))
+        image = develop(view.radiance_root, gain, camera.noise, key)
+        depth = depth_image(view)
+        draws = self._depth_noise.standard_normal(depth.shape, dtype=np.float32)
+        return RgbdImages(stamp, image, measured_depth(depth, draws, camera))
+
+    def view(self, T_world_base: FloatArray) -> View:
+        """What it sees, before exposure and noise, with the base at `T_world_base` (4, 4)."""
+        return self._scene.view(T_world_base @ self._T_base_camera, self._pinhole)
+
+
+def measured_depth(
+    true: npt.NDArray[np.float32], draws: npt.NDArray[np.float32], camera: RgbdCamera
+) -> npt.NDArray[np.float32]:
+    """(H, W) float32 m from true depths (0: none) and standard normal draws; 0 for what lies outside the limits."""
+    numbers = camera.depth_noise, camera.depth_resolution, camera.depth_min, camera.depth_max
+    flat: npt.NDArray[np.float32] = _measured(true.ravel(), draws.ravel(), *numbers)
+    return flat.reshape(true.shape)
+
+
+@njit(cache=True)
+def _measured(true, draws, noise, resolution, depth_min, depth_max):  # type: ignore[no-untyped-def]
+    out = np.zeros(len(true), np.float32)
+    for i in range(len(true)):
+        if not depth_min <= true[i] <= depth_max:
+            continue
+        reading = true[i] + noise * true[i] * true[i] * draws[i]
+        if resolution > 0.0:
+            reading = round(reading / resolution) * resolution
+        if depth_min <= reading <= depth_max:
+            out[i] = reading
+    return out
