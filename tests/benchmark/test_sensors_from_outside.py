@@ -6,7 +6,7 @@ import pytest
 
 from taskslam.benchmark.conformance_eyes import conformance_looks
 from taskslam.benchmark.export import ExportRequest, Format, export
-from taskslam.benchmark.run import RunRequest, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage
 from taskslam.cli.doctor import Health, sensors
 from taskslam.errors import DatasetError, InputError, RobotError
@@ -83,7 +83,7 @@ def test_one_that_is_broken_hides_no_other_and_the_doctor_names_it():
 
 
 def test_a_method_steers_by_it_and_the_results_name_it(stage, tmp_path):
-    directory, complete = run(stage, RunRequest("wall_follower", Mode.WITHOUT_MAP, 1), tmp_path / "runs")
+    directory, complete = run(stage, stage.spec("wall_follower", Mode.WITHOUT_MAP, 1), tmp_path / "runs")
     record = load_run(directory)
     assert complete
     (arrival,) = (event for event in record.events if isinstance(event, Arrival))
@@ -96,15 +96,16 @@ def test_a_method_steers_by_it_and_the_results_name_it(stage, tmp_path):
     assert sensor_suite(card) == "wall ranger + wheel odometry"
     assert sensor_name("wall_distance") == "wall ranger"
     assert "wall ranger + wheel odometry" in write_report([tmp_path / "runs"], tmp_path / "report.html").read_text()
-    again, _ = run(stage, RunRequest("wall_follower", Mode.WITHOUT_MAP, 1), tmp_path / "again")
+    again, _ = run(stage, stage.spec("wall_follower", Mode.WITHOUT_MAP, 1), tmp_path / "again")
     assert (again / "journal.jsonl").read_bytes() == (directory / "journal.jsonl").read_bytes()
-    other, _ = run(stage, RunRequest("wall_follower", Mode.WITHOUT_MAP, 2), tmp_path / "other")
+    other, _ = run(stage, stage.spec("wall_follower", Mode.WITHOUT_MAP, 2), tmp_path / "other")
     assert (other / "journal.jsonl").read_bytes() != (directory / "journal.jsonl").read_bytes()
 
 
 def test_a_robot_without_it_cannot_run_the_method(make_stage, tmp_path):
+    bare = make_stage(rounds=1)
     with pytest.raises(InputError, match="needs wall_distance, which the robot has not"):
-        run(make_stage(rounds=1), RunRequest("wall_follower", Mode.WITHOUT_MAP), tmp_path)
+        run(bare, bare.spec("wall_follower", Mode.WITHOUT_MAP), tmp_path)
 
 
 def test_it_is_heard_on_the_conformance_drive(robot):

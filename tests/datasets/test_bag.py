@@ -13,6 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg
 
 from taskslam.datasets.bag import Bag
 from taskslam.datasets.bag_access import ros_types
+from taskslam.datasets.bag_sensor import frames_of, messages_of
 from taskslam.datasets.opening import open_dataset
 from taskslam.datasets.ros_encoding import RosEncoder
 from taskslam.errors import DatasetError
@@ -138,11 +139,11 @@ def make_bag(tmp_path: Path, recorded: Any) -> Make:
                 connections[topic] = connections.get(topic) or writer.add_connection(topic, kind, typestore=types)
                 writer.write(connections[topic], stamp, types.serialize_cdr(message, kind))
 
-            for topic, stamp, message in encoder.opening(0):
+            for topic, stamp, message in encoder.opening(0, frames_of(recorded.robot.rig)):
                 if topic == "/tf_static" and frames:
                     say(topic, stamp, message)
             for measurement in recorded.of(frozenset({Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})):
-                for topic, stamp, message in encoder.messages(measurement):
+                for topic, stamp, message in messages_of(encoder, recorded.robot.rig, measurement):
                     if edit is not None:
                         edit(topic, message)
                     for name in odometry if topic == "/odom" else (scan,):

@@ -12,6 +12,7 @@ from rosbags.typesys import Stores
 from taskslam.datasets.bag import Bag
 from taskslam.datasets.bag_access import ros_types
 from taskslam.datasets.bag_rgbd import depth_of, nearest
+from taskslam.datasets.bag_sensor import frames_of, messages_of
 from taskslam.datasets.euroc_writer import EurocWriter
 from taskslam.datasets.opening import open_dataset
 from taskslam.datasets.ros_encoding import RosEncoder
@@ -32,9 +33,9 @@ def make_bag(tmp_path, recorded):
         encoder = RosEncoder(store, recorded.robot)
         with Rosbag2Writer(tmp_path / "rgbd", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
             connections = {}
-            said = [item for item in encoder.opening(0) if item[0] == "/tf_static"]
+            said = [item for item in encoder.opening(0, frames_of(recorded.robot.rig)) if item[0] == "/tf_static"]
             for measurement in recorded.of(RGBD):
-                said += encoder.messages(measurement)
+                said += messages_of(encoder, recorded.robot.rig, measurement)
             for topic, stamp, message in said:
                 edit(topic, message)
                 name, kind = (names or {}).get(topic, topic), message.__msgtype__

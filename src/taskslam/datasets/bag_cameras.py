@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from taskslam.datasets import bag_rig, ros_decoding
-from taskslam.datasets.bag_sensor import BagSensor, Recording, Said
-from taskslam.datasets.ros_encoding import RosEncoder
+from taskslam.datasets.bag_sensor import BagSensor, Recording
+from taskslam.datasets.ros_encoding import RosEncoder, Said
 from taskslam.datasets.stamp_order import Pairing
 from taskslam.datasets.stereo_rectification import Rectifier, same_camera
 from taskslam.errors import DatasetError

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from taskslam.datasets import bag_rig, ros_decoding
 from taskslam.datasets.bag_cameras import expected_image, info_beside
-from taskslam.datasets.bag_sensor import BagSensor, Recording, Said
-from taskslam.datasets.ros_encoding import RosEncoder
+from taskslam.datasets.bag_sensor import BagSensor, Recording
+from taskslam.datasets.ros_encoding import RosEncoder, Said
 from taskslam.datasets.stamp_order import Pairing
 from taskslam.datasets.stereo_rectification import is_already, mount_of, resampled_image, sampling_table
 from taskslam.errors import DatasetError

@@ -6,17 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Protocol
 
+from taskslam.datasets.ros_encoding import RosEncoder, Said
 from taskslam.geometry import FloatArray
 from taskslam.measurements import Measurement
-from taskslam.sensors import SensorKind, found_at
+from taskslam.robot import SensorRig
+from taskslam.sensors import SensorKind, fitted, found_at, sensor_kind
 
 if TYPE_CHECKING:
     from taskslam.datasets.bag_rig import Frames
-    from taskslam.datasets.ros_encoding import RosEncoder
     from taskslam.datasets.stamp_order import Pairing
-
-Said = tuple[str, int, Any]
-"""Topic, time of the message (ns) and the message."""
 
 
 class Recording(Protocol):
@@ -71,3 +69,15 @@ def bag_sensor(kind: SensorKind) -> type[BagSensor]:
     """What the table names."""
     found: type[BagSensor] = found_at(kind.bag)
     return found
+
+
+def frames_of(rig: SensorRig) -> list[tuple[str, FloatArray]]:
+    """Frames that our export gives to the sensors of a rig, each with its (4, 4) pose in the base."""
+    kinds = [kind for kind in fitted(rig).values() if kind.bag]
+    return [frame for kind in kinds for frame in bag_sensor(kind).frames(kind.part_of(rig))]
+
+
+def messages_of(encoder: RosEncoder, rig: SensorRig, measurement: Measurement) -> Iterator[Said]:
+    """The messages that carry one measurement of a robot with this rig."""
+    kind = sensor_kind(measurement.sensor)
+    return bag_sensor(kind).messages(encoder, kind.part_of(rig), measurement)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from taskslam.datasets import bag_rig, ros_decoding
-from taskslam.datasets.bag_sensor import BagSensor, Recording, Said
-from taskslam.datasets.ros_encoding import ODOM, RosEncoder
+from taskslam.datasets.bag_sensor import BagSensor, Recording
+from taskslam.datasets.ros_encoding import ODOM, RosEncoder, Said
 from taskslam.datasets.stamp_order import Pairing
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS, ImuSamples, LaserScan, PointCloud, WheelOdometry

@@ -11,8 +11,8 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores
 
 from taskslam.datasets.bag_access import ros_types
-from taskslam.datasets.bag_sensor import Said
-from taskslam.datasets.ros_encoding import ALWAYS, RosEncoder
+from taskslam.datasets.bag_sensor import frames_of, messages_of
+from taskslam.datasets.ros_encoding import ALWAYS, RosEncoder, Said
 from taskslam.errors import DatasetError
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement, Sensor
@@ -43,12 +43,13 @@ class BagWriter:
             topic: self._writer.add_connection(topic, kind, typestore=self._store) for topic, kind in topics
         }
         self._encoder = RosEncoder(self._store, robot)
+        self._rig = robot.rig
         self._opened = False
 
     def measurement(self, measurement: Measurement) -> None:
         """Write one measurement."""
         self._open(measurement.stamp)
-        for said in self._encoder.messages(measurement):
+        for said in messages_of(self._encoder, self._rig, measurement):
             self._say(said)
 
     def truth(self, stamp: int, pose: SE2) -> None:
@@ -63,7 +64,7 @@ class BagWriter:
     def _open(self, stamp: int) -> None:
         if not self._opened:
             self._opened = True
-            for said in self._encoder.opening(stamp):
+            for said in self._encoder.opening(stamp, frames_of(self._rig)):
                 self._say(said)
 
     def _say(self, said: Said) -> None:

@@ -10,7 +10,7 @@ ground truth  nav_msgs/Odometry         on /ground_truth/odom, `map` to `base_fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +18,10 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from taskslam.datasets.bag_sensor import Said, bag_sensor
 from taskslam.datasets.quaternions import planar_quaternion
 from taskslam.geometry import SE2, FloatArray
-from taskslam.measurements import NANOSECONDS, Measurement
+from taskslam.measurements import NANOSECONDS
 from taskslam.robot import Camera, Robot
-from taskslam.sensors import fitted, sensor_kind
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -38,6 +36,10 @@ ALWAYS = (
 )
 
 
+Said = tuple[str, int, Any]
+"""Topic, time of the message (ns) and the message."""
+
+
 class RosEncoder:
     """Builds messages of one typestore for one robot."""
 
@@ -46,11 +48,8 @@ class RosEncoder:
         self._robot = robot
         self._ros1 = any(field.name == "seq" for field in fields(self._types["std_msgs/msg/Header"]))  # type: ignore[arg-type]
 
-    def opening(self, stamp: int) -> Iterator[Said]:
-        """What is said once: mounts and the robot."""
-        rig = self._robot.rig
-        kinds = [kind for kind in fitted(rig).values() if kind.bag]
-        frames = [frame for kind in kinds for frame in bag_sensor(kind).frames(kind.part_of(rig))]
+    def opening(self, stamp: int, frames: Iterable[tuple[str, FloatArray]]) -> Iterator[Said]:
+        """What is said once: where the sensors' frames are, (4, 4) in the base, and the robot."""
         transforms = [self._transform(stamp, frame, T) for frame, T in frames]
         yield TF_STATIC, stamp, self.new("tf2_msgs/msg/TFMessage", transforms=transforms)
         text = yaml.safe_dump(self._robot.model_dump(mode="json"), sort_keys=False)
@@ -59,11 +58,6 @@ class RosEncoder:
     def truth(self, stamp: int, pose: SE2) -> Said:
         """The true pose in `map`."""
         return TRUTH, stamp, self.odometry(stamp, MAP, pose, 0.0, 0.0)
-
-    def messages(self, measurement: Measurement) -> Iterator[Said]:
-        """The messages that carry one measurement."""
-        kind = sensor_kind(measurement.sensor)
-        yield from bag_sensor(kind).messages(self, kind.part_of(self._robot.rig), measurement)
 
     def new(self, kind: str, **fields: Any) -> Any:
         """Make a message from its fields."""
