@@ -10,3 +10,13 @@ class Mode(StrEnum):
 
     WITHOUT_MAP = "without-map"
     WITH_MAP = "with-map"
+
+    @property
+    def words(self) -> str:
+        """In a sentence: `without map`."""
+        return self.value.replace("-", " ")
+
+    @property
+    def short(self) -> str:
+        """In a narrow column: `w/o` or `w/`."""
+        return "w/" if self is Mode.WITH_MAP else "w/o"

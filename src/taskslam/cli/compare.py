@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import standard_output
+from taskslam.mode import Mode
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -22,7 +23,7 @@ def compare(
     new: Annotated[Path, typer.Argument(help="The results to judge: a folder with runs, or a metrics.json.")],
     fail_on: Annotated[
         str,
-        typer.Option(help="How much worse each metric may get: precision, accuracy (+), completeness, n_auc (-)."),
+        typer.Option(help="How much worse each quantity may get; docs/metrics.md lists them."),
     ] = "precision:+10%,accuracy:+10%,completeness:-0",
     markdown: Annotated[Path | None, typer.Option(help="Write a summary in Markdown, for a pull request.")] = None,
     junit: Annotated[Path | None, typer.Option(help="Write JUnit XML, for a build server.")] = None,
@@ -39,7 +40,7 @@ def compare(
 
         taskslam compare main/metrics.json results --fail-on precision:+10%,completeness:-0 --markdown summary.md
 
-        taskslam compare main-results results --fail-on accuracy:+1cm,n_auc:-0.02 --junit compare.xml
+        taskslam compare main-results results --fail-on accuracy:+1cm,heading_precision:+0.5deg --junit compare.xml
     """
     from taskslam.evaluation import gate, gate_files
     from taskslam.evaluation.evaluate import load_metrics
@@ -88,7 +89,7 @@ def _table(report: GateReport) -> Table:
     for _, group in groupby(report.findings, key=gate.run_name):
         found = list(group)
         first = found[0]
-        where = "with map" if first.mode == "with-map" else "without map"
+        where = Mode(first.mode).words
         table.add_row(
             Text(
                 "\n".join(

@@ -1,10 +1,12 @@
 """The gate: did results get worse? For the continuous integration of a SLAM project.
 
 Runs of BASE and NEW are paired by scenario, method, mode and seed; the runs of a method in a mode are also judged all
-together, which shows a small loss that no single run can. E and e are measured, so a change counts only if it
-is larger than the tolerance and the rounds tell it from none (`comparison.py`, one family over all runs and rules).
-Completeness is counted: a waypoint that was reached in every round, and now is not, is an event and no scatter. Only
-the tolerance excuses it. N-AUC depends on both and follows both rules. A run that NEW lacks is a regression.
+together, which shows a small loss that no single run can. How a change is told from chance, each quantity says itself
+(`Judged`). E and e are measured, so a change counts only if it is larger than the tolerance and the rounds tell it from
+none (`comparison.py`, one family over all runs and rules). Completeness is counted: a waypoint that was reached in
+every round, and now is not, is an event and no scatter. Only the tolerance excuses it. An area under the curve depends
+on both and follows both rules. Of any other quantity a loss beyond the tolerance counts if the intervals lie apart. A
+run that NEW lacks is a regression.
 """
 
 from __future__ import annotations
@@ -19,39 +21,45 @@ from pydantic import BaseModel, ConfigDict
 from taskslam.errors import InputError, did_you_mean
 from taskslam.evaluation.comparison import compare_pair, corrected
 from taskslam.evaluation.metrics_file import Comparison, Interval, LeftOut, RunMetrics
+from taskslam.evaluation.quantities import quantities
+from taskslam.evaluation.quantities.published import PRECISION
+from taskslam.evaluation.quantity import Judged, Quantity, WorseIs
 
 GATE_FORMAT: Literal["taskslam-compare/1"] = "taskslam-compare/1"
 DEFAULT_RULES = "precision:+10%,accuracy:+10%,completeness:-0"
 
-Metric: TypeAlias = Literal["precision", "accuracy", "completeness", "n_auc"]
 Status: TypeAlias = Literal["regression", "within noise", "fine", "better", "undetermined"]
 RunKey: TypeAlias = tuple[str, str, str, int]
 Pair: TypeAlias = tuple[RunMetrics, RunMetrics]
 
-_WORSE_IS = {"precision": "+", "accuracy": "+", "completeness": "-", "n_auc": "-"}
-_LENGTHS = ("precision", "accuracy")
-_RULE = re.compile(r"(?P<sign>[+-])(?P<number>\d+(\.\d*)?|\.\d+)(?P<unit>%|cm|)")
+_RULE = re.compile(r"(?P<sign>[+-])(?P<number>\d+(\.\d*)?|\.\d+)(?P<unit>%|cm|deg|)")
 _CLOSE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """How much worse a metric may get: relative (a share of BASE), or absolute in metres or shares."""
+    """How much worse a quantity may get: relative (a share of BASE), or absolute in metres, radians or shares."""
 
-    metric: Metric
+    quantity: Quantity
     tolerance: float
     relative: bool
 
+    @property
+    def metric(self) -> str:
+        """The quantity's key."""
+        return self.quantity.key
+
     def exceeded(self, base: float, new: float) -> bool:
         """Whether NEW is worse than BASE by more than the tolerance."""
-        loss = (new - base) if self.metric in _LENGTHS else (base - new)
+        loss = (new - base) if self.quantity.worse_is is WorseIs.MORE else (base - new)
         return loss > self.tolerance * (base if self.relative else 1.0) + _CLOSE
 
     def __str__(self) -> str:
+        sign = self.quantity.worse_is.value
         if self.relative:
-            return f"{self.metric}:{_WORSE_IS[self.metric]}{100 * self.tolerance:g}%"
-        number = f"{100 * self.tolerance:g}cm" if self.metric in _LENGTHS else f"{self.tolerance:g}"
-        return f"{self.metric}:{_WORSE_IS[self.metric]}{number}"
+            return f"{self.metric}:{sign}{100 * self.tolerance:g}%"
+        unit, factor = _absolute(self.quantity)
+        return f"{self.metric}:{sign}{factor * self.tolerance:g}{unit}"
 
 
 class _Part(BaseModel):
@@ -68,7 +76,7 @@ class Finding(_Part):
     method: str
     mode: str
     seed: int | None
-    metric: Metric
+    metric: str
     base: float | None
     new: float | None
     ratio: float | None
@@ -110,27 +118,33 @@ class GateReport(_Part):
 
 def parse_rules(text: str) -> tuple[Rule, ...]:
     """Rules from `precision:+10%,completeness:-0`. Raises InputError naming the part that is wrong."""
+    known = {one.key: one for one in quantities()}
     rules: list[Rule] = []
     for part in (part.strip() for part in text.split(",") if part.strip()):
         name, _, amount = part.partition(":")
-        metric = next((known for known in _METRICS if known == name.strip()), None)
-        if metric is None:
+        of = known.get(name.strip())
+        if of is None:
             raise InputError(
-                f"--fail-on {part}: unknown metric {name!r}; expected one of {', '.join(_METRICS)}."
-                f"{did_you_mean(name, _METRICS)}"
+                f"--fail-on {part}: unknown metric {name!r}; expected one of {', '.join(known)}."
+                f"{did_you_mean(name, known)}"
             )
-        sign = _WORSE_IS[metric]
+        sign, (own, factor) = of.worse_is.value, _absolute(of)
         found = _RULE.fullmatch(amount.strip())
-        unit = found["unit"] if found else ""
-        if found is None or found["sign"] != sign or (unit == "cm") != (unit != "%" and metric in _LENGTHS):
-            absolute = "0.5cm" if metric in _LENGTHS else "0.05"
-            raise InputError(f"--fail-on {part}: expected {metric}:{sign}10% or {metric}:{sign}{absolute}")
-        if any(rule.metric == metric for rule in rules):
-            raise InputError(f"--fail-on {part}: a second rule for {metric}; expected one")
-        rules.append(Rule(metric, float(found["number"]) / (100 if unit else 1), relative=unit == "%"))
+        if found is None or found["sign"] != sign or found["unit"] not in ("%", own):
+            raise InputError(f"--fail-on {part}: expected {of.key}:{sign}10% or {of.key}:{sign}{0.05 * factor:g}{own}")
+        if any(rule.quantity is of for rule in rules):
+            raise InputError(f"--fail-on {part}: a second rule for {of.key}; expected one")
+        relative = found["unit"] == "%"
+        rules.append(Rule(of, float(found["number"]) / (100 if relative else factor), relative))
     if not rules:
         raise InputError(f"--fail-on: no rule; expected some, such as {DEFAULT_RULES}")
     return tuple(rules)
+
+
+def _absolute(of: Quantity) -> tuple[str, float]:
+    """The unit of an absolute tolerance and how many of it are one SI unit; shares are plain numbers."""
+    shown = of.dimension.value
+    return (shown.unit, shown.factor) if shown.si else ("", 1.0)
 
 
 def judge(
@@ -151,18 +165,23 @@ def judge(
             raise InputError(
                 f"{run_name(old)}: BASE was steered by planner {old.planner} and NEW by {fresh.planner}; expected one"
             )
+        if old.behaviour is not None and fresh.behaviour is not None and old.behaviour != fresh.behaviour:
+            raise InputError(
+                f"{run_name(old)}: BASE was driven under behaviour version {old.behaviour} of taskslam and NEW under"
+                f" {fresh.behaviour}, which are never compared; drive BASE again"
+            )
     groups = [*([pair] for pair in pairs), *_together(pairs)]
-    wanted = sorted({"precision" if rule.metric == "n_auc" else rule.metric for rule in rules} & set(_LENGTHS))
+    wanted = sorted({asked for rule in rules if (asked := _asked(rule)) is not None})
     questions = [(index, metric) for index in range(len(groups)) for metric in wanted]
     answers = corrected([_compare(groups[index], metric) for index, metric in questions])
     known = dict(zip(questions, answers, strict=True))
     findings = []
     for index, group in enumerate(groups):
         for rule in rules:
-            answer = known.get((index, "precision" if rule.metric == "n_auc" else rule.metric))
+            answer = known.get((index, _asked(rule) or ""))
             if len(group) == 1:
                 findings.append(_finding(*group[0], rule, answer))
-            elif rule.metric in _LENGTHS and answer is not None and answer.ratio is not None:
+            elif rule.quantity.judged is Judged.ARRIVALS and answer is not None and answer.ratio is not None:
                 findings.append(_joint_finding(group, rule, answer))
     return GateReport(
         rules=tuple(str(rule) for rule in rules),
@@ -178,7 +197,9 @@ def run_name(run: RunMetrics | Finding | MissingRun) -> str:
     return f"{run.scenario} / {run.method} / {run.mode}{seed}"
 
 
-_METRICS: tuple[Metric, ...] = ("precision", "accuracy", "completeness", "n_auc")
+def _asked(rule: Rule) -> str | None:
+    """What of the arrivals decides a rule: the metric that `comparison.py` compares, or None."""
+    return {Judged.ARRIVALS: rule.metric, Judged.BOTH: PRECISION.key}.get(rule.quantity.judged)
 
 
 def _key(run: RunMetrics) -> RunKey:
@@ -234,23 +255,27 @@ def _joint_finding(pairs: Sequence[Pair], rule: Rule, answer: Comparison) -> Fin
 
 
 def _finding(old: RunMetrics, new: RunMetrics, rule: Rule, answer: Comparison | None) -> Finding:
-    status, reason = _judge_counted(old, new, rule)
-    if rule.metric in _LENGTHS:
+    measured = rule.quantity.judged is Judged.ARRIVALS
+    if measured:
         assert answer is not None
         status, reason = _judge_measured(old, new, rule, answer)
-    elif rule.metric == "n_auc" and status == "regression" and new.completeness >= old.completeness:
-        assert answer is not None
-        worse = answer.told_apart and answer.ratio is not None and answer.ratio > 1
-        status, reason = ("regression", answer.verdict) if worse else ("within noise", answer.verdict)
-    shown = answer if rule.metric in _LENGTHS else None
+    elif rule.quantity.judged is Judged.INTERVAL:
+        status, reason = _judge_by_intervals(old, new, rule)
+    else:
+        status, reason = _judge_counted(old, new, rule)
+        both = rule.quantity.judged is Judged.BOTH
+        if both and status == "regression" and new.completeness >= old.completeness and answer is not None:
+            worse = answer.told_apart and answer.ratio is not None and answer.ratio > 1
+            status, reason = ("regression", answer.verdict) if worse else ("within noise", answer.verdict)
+    shown = answer if measured else None
     return Finding(
         scenario=old.scenario,
         method=old.method,
         mode=old.mode,
         seed=old.seed,
         metric=rule.metric,
-        base=shown.b_mean_m if shown and shown.waypoints else _value(old, rule.metric),
-        new=shown.a_mean_m if shown and shown.waypoints else _value(new, rule.metric),
+        base=shown.b_mean_m if shown and shown.waypoints else _value(old, rule),
+        new=shown.a_mean_m if shown and shown.waypoints else _value(new, rule),
         ratio=shown.ratio if shown else None,
         ratio_interval=shown.ratio_interval if shown else None,
         p_adjusted=shown.p_adjusted if shown else None,
@@ -261,7 +286,7 @@ def _finding(old: RunMetrics, new: RunMetrics, rule: Rule, answer: Comparison | 
 
 def _judge_measured(old: RunMetrics, new: RunMetrics, rule: Rule, answer: Comparison) -> tuple[Status, str]:
     if answer.ratio is None or answer.a_mean_m is None or answer.b_mean_m is None:
-        if _value(old, rule.metric) is not None and _value(new, rule.metric) is None:
+        if _value(old, rule) is not None and _value(new, rule) is None:
             return "regression", f"no {rule.metric} any more: {_reached(new)}, before {_reached(old)}"
         return "undetermined", answer.verdict
     if answer.ratio_interval is None:
@@ -275,7 +300,7 @@ def _judge_measured(old: RunMetrics, new: RunMetrics, rule: Rule, answer: Compar
 
 
 def _judge_counted(old: RunMetrics, new: RunMetrics, rule: Rule) -> tuple[Status, str]:
-    before, after = _value(old, rule.metric), _value(new, rule.metric)
+    before, after = _value(old, rule), _value(new, rule)
     legs = f"{new.uncertainty.legs.failed} of {new.uncertainty.legs.driven} legs failed, before"
     reason = f"{_reached(new)}, before {_reached(old)}; {legs} {old.uncertainty.legs.failed} of"
     reason = f"{reason} {old.uncertainty.legs.driven}"
@@ -288,13 +313,25 @@ def _judge_counted(old: RunMetrics, new: RunMetrics, rule: Rule) -> tuple[Status
     return ("better" if after > before + _CLOSE else "fine"), reason
 
 
-def _value(run: RunMetrics, metric: Metric) -> float | None:
-    return {
-        "precision": run.position.precision_m,
-        "accuracy": run.position.accuracy_m,
-        "completeness": run.completeness,
-        "n_auc": run.n_auc.exact,
-    }[metric]
+def _judge_by_intervals(old: RunMetrics, new: RunMetrics, rule: Rule) -> tuple[Status, str]:
+    before, after = _value(old, rule), _value(new, rule)
+    if before is None:
+        return "undetermined", f"BASE has no {rule.metric}"
+    if after is None:
+        return "regression", f"no {rule.metric} any more: {_reached(new)}, before {_reached(old)}"
+    ends = [rule.quantity.interval([run], run.uncertainty) if rule.quantity.interval else None for run in (old, new)]
+    if not rule.exceeded(before, after):
+        return "fine", "within the tolerance"
+    if None in ends:
+        return "regression", "beyond the tolerance; no interval tells how sure it is"
+    (base, fresh) = (end for end in ends if end is not None)
+    apart = fresh.low > base.high if rule.quantity.worse_is is WorseIs.MORE else fresh.high < base.low
+    told = f"beyond the tolerance, and the intervals {'lie apart' if apart else 'overlap'}"
+    return ("regression" if apart else "within noise"), told
+
+
+def _value(run: RunMetrics, rule: Rule) -> float | None:
+    return rule.quantity.of_runs([run], ())
 
 
 def _reached(run: RunMetrics) -> str:

@@ -6,6 +6,8 @@ import xml.etree.ElementTree as ET
 from itertools import groupby
 
 from taskslam.evaluation.gate import Finding, GateReport, run_name
+from taskslam.evaluation.quantities import quantity
+from taskslam.evaluation.quantity import Dimension
 
 DASH = "–"
 
@@ -76,12 +78,15 @@ def headline(report: GateReport) -> str:
 
 
 def value(finding: Finding, number: float | None) -> str:
-    """A value in its unit: centimetres, percent, or plain."""
+    """A value in its unit: centimetres, degrees, percent, or plain."""
     if number is None:
         return DASH
-    if finding.metric == "completeness":
-        return f"{100 * number:.4g} %"
-    return f"{number:.4f}" if finding.metric == "n_auc" else f"{100 * number:.2f} cm"
+    dimension = quantity(finding.metric).dimension
+    shown = dimension.value
+    if dimension is Dimension.NUMBER:
+        return f"{number:.4f}"
+    digits = ".4g" if dimension is Dimension.SHARE else ".2f"
+    return f"{shown.factor * number:{digits}} {shown.unit}"
 
 
 def ratio(finding: Finding) -> str:

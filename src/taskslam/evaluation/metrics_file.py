@@ -7,7 +7,7 @@ a tenth of a pydantic model's memory, and its numbers were checked when the jour
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import indent
 from typing import Any, Literal, TypeAlias
@@ -18,7 +18,7 @@ from taskslam.errors import RecordError
 from taskslam.files import write_whole
 from taskslam.user_files import complaint
 
-METRICS_FORMAT: Literal["taskslam-metrics/2"] = "taskslam-metrics/2"
+METRICS_FORMAT: Literal["taskslam-metrics/3"] = "taskslam-metrics/3"
 METRICS_FILE = "metrics.json"
 
 PoseRow: TypeAlias = tuple[float, float, float]
@@ -64,6 +64,15 @@ class Repeatability:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """A quantity with the ends of its 95 % interval, in SI units."""
+
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
     """One arrival. A pose that was not measured is null."""
 
@@ -81,7 +90,8 @@ class WaypointMetrics:
     rounds: M, less those in which the measurement lost it; visits: rounds of these that reached it. Of fewer than M
     rounds, E, its RMS and Delta are brought to M (docs/metrics.md).
 
-    unjudged: why it leaves all denominators, such as that no camera watched it; null where it counts.
+    unjudged: why it leaves all denominators, such as that no camera watched it; null where it counts. quantities: by
+    key, those that have a value here (`quantities/`).
     """
 
     goal: int
@@ -98,6 +108,7 @@ class WaypointMetrics:
     estimation: ErrorShare
     arrivals: tuple[Visit, ...]
     unjudged: str | None = None
+    quantities: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,6 +208,7 @@ class RunMetrics(_Part):
     accuracy and the share of estimation are not defined. method_options, latency, planner (the local one) and robot say
     in which way the method was run; null where it is not known.
     journal_damaged: a sentence with file and line for every line of the journal that could not be used.
+    quantities: every quantity of the list by its key. behaviour: the version of what drove, null where it is not known.
     by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
     """
 
@@ -238,6 +250,8 @@ class RunMetrics(_Part):
     planner: str | None = None
     robot: str | None = None
     by_definition: Headline | None = None
+    behaviour: int | None = None
+    quantities: dict[str, Measured] = Field(default_factory=dict)
 
     @property
     def headline(self) -> Headline:
@@ -306,7 +320,7 @@ class MetricsFile(_Part):
     comparisons: every pair of methods in a mode, for precision and for accuracy.
     """
 
-    format: Literal["taskslam-metrics/2"] = METRICS_FORMAT
+    format: Literal["taskslam-metrics/2", "taskslam-metrics/3"] = METRICS_FORMAT
     definitions: Literal["paper", "upstream"] = "paper"
     deviations: tuple[str, ...] = ()
     runs: tuple[RunMetrics, ...]

@@ -11,8 +11,8 @@ from taskslam.evaluation.metrics_file import RunMetrics
 def method_labels(runs: Sequence[RunMetrics]) -> list[str]:
     """The name of each run's method, with what differs where it was run in several ways.
 
-    Options, latencies and local planners always count as ways; robots (a method's scenarios may each have their own)
-    where the same tour was driven twice. What is not known of a run is no way of its own.
+    Options, latencies, local planners and behaviour versions always count as ways; robots (a method's scenarios may
+    each have their own) where the same tour was driven twice. What is not known of a run is no way of its own.
     """
     tours = Counter(_tour(run) for run in runs)
     twice = {run.method for run in runs if tours[_tour(run)] > 1}
@@ -29,11 +29,12 @@ def method_labels(runs: Sequence[RunMetrics]) -> list[str]:
     return labels
 
 
-def _ways(run: RunMetrics) -> tuple[str, str, str]:
+def _ways(run: RunMetrics) -> tuple[str, ...]:
     options = ", ".join(f"{key} = {value}" for key, value in sorted(run.method_options.items()))
     latency = "" if run.latency is None else f"{run.latency} latency"
     planner = "" if run.planner is None else f"{run.planner} planner"
-    return (options or "default options", latency, planner)
+    behaviour = "" if run.behaviour is None else f"behaviour version {run.behaviour}"
+    return (options or "default options", latency, planner, behaviour)
 
 
 def _tour(run: RunMetrics) -> tuple[object, ...]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,11 +27,13 @@ from taskslam.evaluation.metrics_file import (
     RunMetrics,
     WaypointMetrics,
 )
+from taskslam.evaluation.quantities import measured, measured_at
 from taskslam.evaluation.soundness import check_record
 from taskslam.evaluation.uncertainty import Sample, uncertainty
 from taskslam.evaluation.upstream import NONE, Deviation, Deviations
 from taskslam.evaluation.waypoint_metrics import row_if_known, row_of, waypoint_metrics
 from taskslam.measurements import NANOSECONDS
+from taskslam.mode import Mode
 from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, RoundStarted, RunRecord
 
 
@@ -45,15 +47,17 @@ def run_metrics(record: RunRecord, name: str, deviations: Deviations = NONE) -> 
     """
     check_record(record)
     metrics = _metrics(record, name, deviations)
-    if not deviations:
-        return metrics
-    return metrics.model_copy(update={"by_definition": _metrics(record, name, NONE).headline})
+    found: dict[str, object] = {"quantities": measured([metrics], (), metrics.uncertainty)}
+    if deviations:
+        found["by_definition"] = _metrics(record, name, NONE).headline
+    return metrics.model_copy(update=found)
 
 
 def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics:
     manifest = record.manifest
     counted, planned_rounds = _counted_rounds(record.rounds(), manifest.rounds, deviations)
     per_waypoint, complete_truths = waypoint_metrics(record, counted, planned_rounds, deviations)
+    per_waypoint = tuple(replace(waypoint, quantities=measured_at(waypoint)) for waypoint in per_waypoint)
     judged = [waypoint for waypoint in per_waypoint if waypoint.unjudged is None]
     if not judged:
         raise RecordError(f"{record.directory}: none of the waypoints can be judged: {per_waypoint[0].unjudged}")
@@ -66,8 +70,8 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         complete=len(complete),
         planned=len(judged),
         rounds=planned_rounds,
-        with_map=manifest.mode == "with-map",
-        on_failure=_on_failure(manifest.scenario),
+        with_map=manifest.mode is Mode.WITH_MAP,
+        on_failure=manifest.task.protocol.on_failure.value,
         driven=sum(summary.reached for summary in rounds) + len(failures) - _legs_lost(per_waypoint, planned_rounds),
         failed=len(failures),
     )
@@ -75,7 +79,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         directory=name,
         scenario=manifest.scenario_name,
         method=manifest.method,
-        mode=manifest.mode,
+        mode=manifest.mode.value,
         seed=manifest.seed,
         rounds=planned_rounds,
         completeness=completeness(waypoint.complete for waypoint in judged),
@@ -120,6 +124,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         latency=manifest.latency,
         planner=manifest.planner,
         robot=manifest.robot_name,
+        behaviour=manifest.behaviour,
     )
 
 
@@ -138,12 +143,6 @@ def _counted_rounds(starts: Iterable[RoundStarted], rounds: int, deviations: Dev
 def _legs_lost(found: Sequence[WaypointMetrics], rounds: int) -> int:
     """Legs of which nobody knows how they ended."""
     return sum(rounds - waypoint.rounds for waypoint in found)
-
-
-def _on_failure(scenario: Mapping[str, Any]) -> str:
-    """What a failed goal does: `abort` unless the scenario says `skip`."""
-    protocol = scenario.get("protocol")
-    return "skip" if isinstance(protocol, Mapping) and protocol.get("on_failure") == "skip" else "abort"
 
 
 def _n_auc(complete: list[WaypointMetrics], planned: int, rounds: int) -> NormalizedArea:
