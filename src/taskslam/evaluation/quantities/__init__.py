@@ -12,7 +12,7 @@ from functools import lru_cache
 
 from taskslam.errors import InputError, did_you_mean
 from taskslam.evaluation.metrics_file import Measured, RunMetrics, Uncertainty, WaypointMetrics
-from taskslam.evaluation.quantities import area, published
+from taskslam.evaluation.quantities import area, published, success
 from taskslam.evaluation.quantity import Quantity
 from taskslam.plugins import registered
 
@@ -26,6 +26,7 @@ _OURS = (
     published.HEADING_ACCURACY,
     area.EXACT,
     area.PUBLISHED,
+    success.SUCCESS,
 )
 
 
