@@ -12,7 +12,7 @@ from functools import lru_cache
 
 from taskslam.errors import InputError, did_you_mean
 from taskslam.evaluation.metrics_file import Measured, RunMetrics, Uncertainty, WaypointMetrics
-from taskslam.evaluation.quantities import area, published, success
+from taskslam.evaluation.quantities import area, estimation, published, success
 from taskslam.evaluation.quantity import Quantity
 from taskslam.plugins import registered
 
@@ -21,6 +21,7 @@ GROUP = "taskslam.quantities"
 _OURS = (
     published.COMPLETENESS,
     published.PRECISION,
+    estimation.ESTIMATION,
     published.ACCURACY,
     published.HEADING_PRECISION,
     published.HEADING_ACCURACY,
