@@ -37,8 +37,10 @@ def test_the_summary_alone_fits_100_columns(results):
 
 
 def test_on_a_narrow_screen_intervals_go_and_names_stay(results):
-    wide, narrow = invoke(results, "--no-waypoints").output, invoke(results, "--no-waypoints", columns="80").output
-    assert ("[95 %]" in wide, "[95 %]" in narrow) == (True, False)
+    wide, middle, narrow = (invoke(results, "--no-waypoints", columns=n).output for n in ("160", "100", "80"))
+    row = {output: next(line for line in output.splitlines() if "karto" in line) for output in (wide, middle, narrow)}
+    assert ["[" in row[output] for output in (wide, middle, narrow)] == [True, False, False]
+    assert ["E_SLAM" in output for output in (wide, middle, narrow)] == [True, True, False]
     rows = [line for line in narrow.splitlines() if "karto" in line]
     assert len(rows) == 2
     assert all(len(line) <= 80 for line in rows)
@@ -47,7 +49,8 @@ def test_on_a_narrow_screen_intervals_go_and_names_stay(results):
 
 def test_a_pipe_has_no_edge(results):
     printed = invoke(results, "--no-waypoints", columns=None).output
-    assert "[95 %]" in printed
+    assert "95 % interval" in printed
+    assert "E_SLAM" in printed
     assert "…" not in printed
 
 
@@ -79,4 +82,4 @@ def test_a_deviation_that_shows_is_a_row_of_the_table(results):
     journal.write_text(journal.read_text().replace('"truth":[0.9,2.0,0.0]', '"truth":[0.9,2.0,0.2]'))
     result = invoke(results, "--no-waypoints", "--upstream-compat")
     assert "as published  by definition  difference" in result.output
-    assert "Δ °" in result.output.split("as published")[1]
+    assert "precision °" in result.output.split("as published  by definition")[1]

@@ -7,8 +7,8 @@ from taskslam.evaluation.pooled import (
     missing_sequences,
     pool,
     pooled_accuracies,
+    pooled_area,
     pooled_completeness,
-    pooled_n_auc,
     pooled_precisions,
 )
 from taskslam.geometry import SE2
@@ -63,13 +63,13 @@ def test_only_complete_waypoints_are_pooled_each_with_weight_one(house, office):
 
 def test_the_exact_area_is_over_all_planned_waypoints(house, office):
     # (4 (120 - 6) + 2 (120 - 30)) / (10 * 120) and, with ten more waypoints never driven, half of it.
-    assert pooled_n_auc([house, office]).exact == pytest.approx(636 / 1200)
-    assert pooled_n_auc([house, office], missing=[10]).exact == pytest.approx(318 / 1200)
+    assert pooled_area([house, office]).exact == pytest.approx(636 / 1200)
+    assert pooled_area([house, office], missing=[10]).exact == pytest.approx(318 / 1200)
 
 
 def test_the_published_area_by_hand(run):
     # E 6 cm is below 15 cm; E 31 cm is below 45 cm. y = 0, .4, .4, .6 ... .6 at 0, 15, 30, 45 ... 120 cm.
-    pooled = pooled_n_auc([run("near", 4, 0.06), run("far", 6, 0.31, fails_at=2)])
+    pooled = pooled_area([run("near", 4, 0.06), run("far", 6, 0.31, fails_at=2)])
     trapezoids = (0.4 / 2 + 0.4 + (0.4 + 0.6) / 2 + 5 * 0.6) * 15
     assert pooled.published == pytest.approx(trapezoids / 120)
 
@@ -79,7 +79,7 @@ def test_one_sequence_pools_to_its_own_metrics(office):
     assert pooled.completeness == office.completeness
     assert pooled.position == office.position
     assert pooled.orientation == office.orientation
-    assert pooled.n_auc == office.n_auc
+    assert pooled.area == office.n_auc
 
 
 def test_failures_frames_and_times_add_up(house, office):
@@ -94,11 +94,11 @@ def test_a_method_that_completes_nothing_has_no_mean_and_no_area(run):
     pooled = pool([run("house", 3, 0.1, fails_at=0)])
     assert pooled.completeness == 0.0
     assert pooled.position.precision_m is None
-    assert pooled.n_auc.exact == 0.0
+    assert pooled.area.exact == 0.0
 
 
 def test_a_single_round_has_no_area(run, house):
-    assert pool([house, run("office", 3, 0.1, rounds=1)]).n_auc.exact is None
+    assert pool([house, run("office", 3, 0.1, rounds=1)]).area.exact is None
 
 
 def test_a_sequence_is_missing_where_another_method_drove_it_in_that_mode(house, run):

@@ -5,7 +5,7 @@ import pytest
 from taskslam.errors import RecordError
 from taskslam.report import write_report
 from taskslam.report.results import read_results
-from taskslam.report.tables.files import methods_csv
+from taskslam.report.tables.table_files import methods_csv
 
 
 def test_methods_are_ranked_by_completeness_then_precision_and_references_last(make_run, tmp_path):

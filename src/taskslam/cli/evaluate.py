@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from taskslam.cli.console import standard_output
+from taskslam.mode import Mode
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
     from taskslam.evaluation import MetricsFile, RunMetrics
-    from taskslam.evaluation.metrics_file import Interval
+    from taskslam.evaluation.metrics_file import Measured
+    from taskslam.report.tables.columns import Column
 
 _FEW_RUNS, _MOST_RUNS = 40, 500  # shown by waypoint; shown at all
 _MOST_PAIRS = 10  # of methods, whose comparison is shown
-_WITH_INTERVALS = 100  # columns of the screen
+_EVERYTHING, _WITH_INTERVALS = 100, 160  # columns of the screen: for all quantities, and for their intervals
 
 
 def evaluate(
@@ -74,59 +77,79 @@ def evaluate(
 
 
 def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:
-    """Two tables a scenario: how well it went, and what it took. Where the screen is narrow, without intervals."""
-    wide = console.width >= _WITH_INTERVALS
-    E, e = ("E cm [95 %]", "e cm [95 %]") if wide else ("E cm", "e cm")
+    """Two tables a scenario: how well it went, and what it took. Where the screen is narrow, the essential alone."""
+    from taskslam.report.tables.columns import COMPLETE, DROPPED, REAL_TIME, quantity_columns
+
+    everything, wide = console.width >= _EVERYTHING, console.width >= _WITH_INTERVALS
+    columns = [COMPLETE, *quantity_columns(essential=not everything)]
+    effort_of = (REAL_TIME, DROPPED)
     for scenario in sorted({run.scenario for run in metrics.runs}):
-        results = _table(f"{scenario}: results", ("complete", E, e, "Δ °", "δ °", "N-AUC", "exact"))
-        effort = _table(f"{scenario}: effort", ("failures", "sim. min", "× real", "dropped frames", "method MB"))
+        results = _table(f"{scenario}: results", tuple(column.heading for column in columns))
+        took = ("failures", "sim. min", *(column.heading for column in effort_of), "method MB")
+        effort = _table(f"{scenario}: effort", took)
         for label, run in zip(labels, metrics.runs, strict=True):
             if run.scenario != scenario:
                 continue
-            who = _who(label, run)
-            results.add_row(
-                *who,
-                f"{run.complete_waypoints}/{run.planned_waypoints}",
-                _with_interval(run.position.precision_m, run.uncertainty.precision_m if wide else None),
-                _with_interval(run.position.accuracy_m, run.uncertainty.accuracy_m if wide else None),
-                _degrees(run.orientation.precision_rad),
-                _degrees(run.orientation.accuracy_rad),
-                _plain(run.n_auc.published, 3),
-                _plain(run.n_auc.exact, 3),
-            )
+            row = _Row(run)
+            results.add_row(*_who(label, run), *(_cell(column, row, wide) for column in columns))
             effort.add_row(
-                *who,
+                *_who(label, run),
                 str(len(run.failures)),
                 f"{run.simulated_s / 60:.1f}",
-                _plain(run.real_time_factor, 1),
-                f"{run.dropped_frames} of {run.frames}",
+                *(column.text(row) for column in effort_of),
                 _plain(run.method_peak_bytes and run.method_peak_bytes / 1e6, 0),
             )
         console.print(results)
         console.print(effort)
-    console.print(
-        "E, Δ: mean distance and angle of arrivals to their mean; e, δ: to the goal."
-        " Means over waypoints reached in every round"
-        + (
-            "; [ ]: 95 % interval over rounds and waypoints."
-            if wide
-            else f" ({_WITH_INTERVALS} columns show intervals)."
-        )
-    )
+    console.print(_legend(everything, wide), markup=False)
     _print_comparisons(console, metrics)
     if metrics.deviations:
         _print_deviations(console, metrics, labels)
 
 
+@dataclass(frozen=True)
+class _Row:
+    """A run as a row of a table."""
+
+    numbers: RunMetrics
+
+    @property
+    def quantities(self) -> Mapping[str, Measured]:
+        return self.numbers.quantities
+
+
+def _cell(column: Column, row: _Row, wide: bool) -> str:
+    """The value, and on a wide screen its interval, escaped for rich."""
+    between = column.interval(row) if wide else ""
+    return f"{column.text(row)} \\[{between}]" if between else column.text(row)
+
+
+def _legend(everything: bool, wide: bool) -> str:
+    """What the symbols mean, a line each."""
+    from taskslam.evaluation.quantities import quantities
+
+    shown = [one for one in quantities() if everything or one.essential]
+    room = max(len(one.symbol) for one in shown)
+    more = "in [ ] the 95 % interval" if wide else f"{_WITH_INTERVALS} columns show all quantities and intervals"
+    return "\n".join(
+        [
+            *(f"  {one.symbol:{room}}  {one.words}" for one in shown),
+            f"Means are over waypoints reached in every round; {more}.",
+        ]
+    )
+
+
 def _print_comparisons(console: Console, metrics: MetricsFile) -> None:
     """The verdicts on precision; of many pairs, how many could be told apart."""
-    for mode, words in (("without-map", "without map"), ("with-map", "with map")):
+    for mode in Mode:
         found = [c for c in metrics.comparisons if c.mode == mode and c.metric == "precision"]
         if len(found) > _MOST_PAIRS:
             apart = sum(comparison.told_apart for comparison in found)
-            console.print(f"\nPrecision {words}: {apart} of {len(found)} pairs told apart; they are in metrics.json.")
+            console.print(
+                f"\nPrecision {mode.words}: {apart} of {len(found)} pairs told apart; they are in metrics.json."
+            )
         elif found:
-            console.print(f"\nPrecision {words}:")
+            console.print(f"\nPrecision {mode.words}:")
             for comparison in found:
                 console.print(f"  {comparison.verdict}", markup=False)
 
@@ -138,11 +161,12 @@ def _print_deviations(console: Console, metrics: MetricsFile, labels: Sequence[s
     for label, run in zip(labels, metrics.runs, strict=True):
         if run.by_definition is None:
             continue
-        for what, field, show in _QUANTITIES:
+        for field in type(run.by_definition).model_fields:
             published, right = getattr(run.headline, field), getattr(run.by_definition, field)
             if published != right and not math.isclose(published or 0.0, right or 0.0, rel_tol=1e-4):
                 difference = None if published is None or right is None else published - right
-                table.add_row(*_who(label, run), what, show(published), show(right), show(difference))
+                what = field.replace("_m", " cm").replace("_rad", " °")
+                table.add_row(*_who(label, run), what, *(_shown(field, one) for one in (published, right, difference)))
     if table.row_count:
         console.print(table)
     else:
@@ -165,26 +189,26 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
 
 
 def _who(label: str, run: RunMetrics) -> tuple[str, str, str]:
-    return (label, "w/" if run.mode == "with-map" else "w/o", str(run.seed))
+    return (label, Mode(run.mode).short, str(run.seed))
 
 
 def _waypoint_table(label: str, run: RunMetrics) -> Table:
     from rich import box
     from rich.table import Table
 
+    from taskslam.evaluation.quantities import quantities
+    from taskslam.report.tables.columns import quantity_heading, quantity_text
+
     title = f"{run.scenario} · {label} · {run.mode} · seed {run.seed}"
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    names = ("waypoint", "visits", "E cm", "e cm", "Δ °", "δ °", "control cm", "estimation cm")
-    for name in names:
+    shown = [one for one in quantities() if any(one.key in waypoint.quantities for waypoint in run.waypoints)]
+    for name in ("waypoint", "visits", *map(quantity_heading, shown), "control cm", "estimation cm"):
         table.add_column(name, justify="right", no_wrap=True)
     for waypoint in run.waypoints:
         table.add_row(
             str(waypoint.goal + 1),
             f"{waypoint.visits}/{waypoint.rounds}",
-            _centimetres(waypoint.position.precision_m),
-            _centimetres(waypoint.position.accuracy_m),
-            _degrees(waypoint.orientation.precision_rad),
-            _degrees(waypoint.orientation.accuracy_rad),
+            *(quantity_text(one, waypoint.quantities.get(one.key)) for one in shown),
             _centimetres(waypoint.control.position_m),
             _centimetres(waypoint.estimation.position_m),
             style=None if waypoint.complete else "dim",
@@ -200,15 +224,6 @@ def _print_failures(console: Console, run: RunMetrics) -> None:
         console.print(Text.assemble((f"  {failure.outcome}", "bold red"), f"  {where}: {failure.detail}"))
 
 
-def _with_interval(value: float | None, interval: Interval | None) -> str:
-    """Metres in centimetres with the interval, escaped for rich."""
-    if value is None or interval is None:
-        return _centimetres(value)
-    digits = 2 if interval.high < 0.1 else 1 if interval.high < 1 else 0
-    low, middle, high = (f"{100 * number:.{digits}f}" for number in (interval.low, value, interval.high))
-    return f"{middle} \\[{low}, {high}]"
-
-
 def _centimetres(value: float | None) -> str:
     return _plain(None if value is None else value * 100, 2)
 
@@ -221,11 +236,8 @@ def _plain(value: float | None, digits: int) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-_QUANTITIES = (
-    ("completeness", "completeness", lambda value: _plain(value, 3)),
-    ("E cm", "precision_m", _centimetres),
-    ("e cm", "accuracy_m", _centimetres),
-    ("Δ °", "precision_rad", _degrees),
-    ("δ °", "accuracy_rad", _degrees),
-    ("N-AUC", "n_auc", lambda value: _plain(value, 3)),
-)
+def _shown(field: str, value: float | None) -> str:
+    """A published number by its field, whose ending is its unit."""
+    if field.endswith("_m"):
+        return _centimetres(value)
+    return _degrees(value) if field.endswith("_rad") else _plain(value, 3)

@@ -45,7 +45,7 @@ def figures(
     from taskslam.report.figures.paper import paper_figures
     from taskslam.report.figures.style import save_figure
     from taskslam.report.results import read_results
-    from taskslam.report.tables.files import write_tables
+    from taskslam.report.tables.table_files import write_tables
 
     read = read_results(results)
     for left in read.left_out:

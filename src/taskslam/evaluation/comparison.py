@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from taskslam.evaluation.evidence import ALPHA, Side, Sides, weigh
 from taskslam.evaluation.metrics_file import Comparison, RunMetrics
 from taskslam.evaluation.permutation import cliffs_delta, holm
+from taskslam.mode import Mode
 
 MOST_METHODS = 30
 METRICS = ("precision", "accuracy")
@@ -27,7 +28,7 @@ def compare_methods(groups: Mapping[str, Sequence[RunMetrics]], metric: str = "p
     """
     found: list[Comparison] = []
     sides = Sides(metric)
-    for mode in ("without-map", "with-map"):
+    for mode in Mode:
         present = {name: [run for run in runs if run.mode == mode] for name, runs in groups.items()}
         names = [name for name, runs in present.items() if runs]
         if len(names) <= MOST_METHODS:

@@ -46,11 +46,12 @@ class Pooled:
     accuracies_m: tuple[float, ...]
     position: Position
     orientation: Orientation
-    n_auc: NormalizedArea
+    area: NormalizedArea
     uncertainty: Uncertainty
     failures_by_kind: dict[str, int]
     frames: int
     dropped_frames: int
+    compute_s: float
     real_time_factor: float | None
 
     @property
@@ -103,7 +104,7 @@ def pooled_accuracies(runs: Sequence[RunMetrics]) -> tuple[float, ...]:
     return _defined(waypoint.position.accuracy_m for waypoint in _complete(runs))
 
 
-def pooled_n_auc(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> NormalizedArea:
+def pooled_area(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> NormalizedArea:
     """N-AUC of the pooled curve: all planned waypoints of all sequences in its denominator (protocol 5.4).
 
     Null if a run has one round only: it has no precision, and counting its waypoints as missed would be wrong.
@@ -137,11 +138,12 @@ def pool(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Pooled:
             precision_rad=_mean(_defined(waypoint.orientation.precision_rad for waypoint in complete)),
             accuracy_rad=_mean(_defined(waypoint.orientation.accuracy_rad for waypoint in complete)),
         ),
-        n_auc=pooled_n_auc(runs, missing),
+        area=pooled_area(runs, missing),
         uncertainty=uncertainty([sample_of(run) for run in runs], sum(missing)),
         failures_by_kind=dict(sorted(failures.items())),
         frames=sum(run.frames for run in runs),
         dropped_frames=sum(run.dropped_frames for run in runs),
+        compute_s=math.fsum(run.compute_s for run in runs),
         real_time_factor=math.fsum(run.simulated_s for run in runs) / wall if wall > 0 else None,
     )
 

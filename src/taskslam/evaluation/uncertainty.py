@@ -14,6 +14,7 @@ from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.metrics_file import Interval, Legs, RunMetrics, Uncertainty
 from taskslam.evaluation.missing import filled
 from taskslam.geometry import FloatArray, wrap
+from taskslam.mode import Mode
 
 _LOST = (math.nan, math.nan, math.nan)
 
@@ -48,7 +49,7 @@ def sample_of(run: RunMetrics) -> Sample:
         complete=run.complete_waypoints,
         planned=run.planned_waypoints,
         rounds=run.rounds,
-        with_map=run.mode == "with-map",
+        with_map=run.mode == Mode.WITH_MAP,
         on_failure=legs.on_failure,
         driven=legs.driven,
         failed=legs.failed,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from statistics import fmean
 from typing import Any, TypeAlias
@@ -16,15 +17,17 @@ from typing import Any, TypeAlias
 from markupsafe import Markup
 
 from taskslam.evaluation import read_runs
-from taskslam.evaluation.metrics_file import LeftOut, RunMetrics
+from taskslam.evaluation.metrics_file import LeftOut, Measured, RunMetrics
 from taskslam.evaluation.names import method_labels
 from taskslam.evaluation.pooled import Pooled, missing_sequences, pool
+from taskslam.evaluation.quantities import measured
+from taskslam.mode import Mode
 from taskslam.record import Manifest, RunRecord
 from taskslam.report import cards, words
 from taskslam.report.markers import Style, marker_icon, method_styles
 from taskslam.report.units import Units
 
-MODES = ("without-map", "with-map")
+MODES = tuple(mode.value for mode in Mode)
 Rank: TypeAlias = tuple[bool, float, float, str]
 
 
@@ -63,6 +66,16 @@ class Run:
         return marker_icon(self.style, self.label)
 
     @property
+    def numbers(self) -> RunMetrics:
+        """What it took and how it failed."""
+        return self.metrics
+
+    @property
+    def quantities(self) -> Mapping[str, Measured]:
+        """Every quantity by its key."""
+        return self.metrics.quantities
+
+    @property
     def units(self) -> Units:
         """What the task measures in."""
         return Units(self.manifest.robot_diameter, self.manifest.field_of_view)
@@ -95,6 +108,16 @@ class MethodResult:
     def name(self) -> str:
         """Method and mode."""
         return self.runs[0].name
+
+    @property
+    def numbers(self) -> Pooled:
+        """What its runs took and how they failed."""
+        return self.pooled
+
+    @cached_property
+    def quantities(self) -> Mapping[str, Measured]:
+        """Every quantity by its key, over all runs."""
+        return measured([run.metrics for run in self.runs], self.missing, self.pooled.uncertainty)
 
     @property
     def complete(self) -> bool:

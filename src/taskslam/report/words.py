@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 
 DASH = "–"
-_MODES = {"with-map": "with map", "without-map": "without map"}
 _OUTCOMES = {
     "reached": "reached",
     "no_plan": "no path to the goal",
@@ -86,7 +85,7 @@ def count(number: int, what: str) -> str:
 
 def mode(name: str) -> str:
     """A mode without its hyphen."""
-    return _MODES.get(name, name)
+    return name.replace("-", " ")
 
 
 def outcome(name: str) -> str:

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 
 from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.metrics_file import Interval
+from taskslam.evaluation.quantities.area import EXACT
+from taskslam.mode import Mode
 from taskslam.report import cards, palette, words
 from taskslam.report.figures import cumulative, violins
 from taskslam.report.figures.arrivals import arrivals_figure
@@ -19,6 +21,7 @@ from taskslam.report.figures.style import Width
 from taskslam.report.figures.trajectories import trajectory_figure
 from taskslam.report.markers import Style
 from taskslam.report.results import MODES, MethodResult, Results, Run
+from taskslam.report.tables.columns import interval_of
 
 
 def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
@@ -94,11 +97,11 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
                 Bar(
                     area,
                     words.plain(area, 3),
-                    _share(result.pooled.uncertainty.n_auc_exact),
-                    DARK if result.mode == "with-map" else LIGHT,
+                    _share(interval_of(result, EXACT)),
+                    DARK if result.mode == Mode.WITH_MAP else LIGHT,
                 )
                 for result in method.results
-                for area in [result.pooled.n_auc.exact]
+                for area in [result.quantities[EXACT.key].value]
             ),
         )
         for method in methods
@@ -116,19 +119,19 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
                     tags[result.label],
                 )
                 for result in results.pooled
-                if result.mode == mode and result.pooled.n_auc.exact is not None
+                if result.mode == mode and result.pooled.area.exact is not None
             ],
         )
         for mode in results.modes
     ]
-    key = [KeyLine("N-AUC: exact integral")]
+    key = [KeyLine(f"{EXACT.symbol}: exact integral")]
     key += [
         KeyLine(f"{shade}: {words.mode(mode)}")
         for mode, shade in zip(MODES, ("light", "full"), strict=True)
         if mode in results.modes
     ]
     limit = quantity.size or quantity.shown(EXACT_RANGE) / 4
-    heading = f"N-AUC, 0–{quantity.shown(EXACT_RANGE):g} cm"
+    heading = f"{EXACT.symbol}, 0–{quantity.shown(EXACT_RANGE):g} cm"
     return cumulative.cumulative_figure(
         panels, rows, [*key, *sensor_key([method.results[0] for method in methods])], heading, quantity, limit,
         width, units,

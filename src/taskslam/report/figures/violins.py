@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from taskslam.mode import Mode
 from taskslam.report import palette
 from taskslam.report.figures.lettering import fitting_names
 from taskslam.report.figures.scales import Quantity, Scale, Units, scale_of, set_axis
@@ -112,8 +113,8 @@ def _draw_half(axes: Axes, values: Sequence[float], scale: Scale, style: Style, 
 def _draw_key(figure: Figure, modes: Sequence[str]) -> None:
     """What lines, dots and shades mean, above the rows."""
     halves = {
-        "without-map": Patch(facecolor=palette.MUTED, alpha=_LIGHT, label="above: without map"),
-        "with-map": Patch(facecolor=palette.MUTED, alpha=_DARK, label="below: with map"),
+        Mode.WITHOUT_MAP.value: Patch(facecolor=palette.MUTED, alpha=_LIGHT, label="above: without map"),
+        Mode.WITH_MAP.value: Patch(facecolor=palette.MUTED, alpha=_DARK, label="below: with map"),
     }
     lines = [
         Line2D([], [], label="mean", **_MEAN),  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from taskslam.geometry import FloatArray
+from taskslam.mode import Mode
 from taskslam.report import palette
 from taskslam.report.markers import Style, draw_marker
 from taskslam.report.svg import Svg
@@ -50,7 +51,7 @@ def curve_figure(
         steps = step_corners(curve.precisions, curve.planned, 0.0, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
-        with svg.group(data_method=curve.style.key, data_mode="without-map" if curve.dashed else "with-map"):
+        with svg.group(data_method=curve.style.key, data_mode=Mode.WITHOUT_MAP if curve.dashed else Mode.WITH_MAP):
             svg.add("title", f"{curve.name}: {len(curve.precisions)} of {curve.planned} waypoints have a precision")
             svg.polyline(points, stroke=curve.style.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
             rises = np.flatnonzero(steps[:, 1] > 0)

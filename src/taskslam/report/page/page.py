@@ -11,7 +11,9 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from taskslam.evaluation.quantities.area import EXACT
 from taskslam.files import write_whole, writing
+from taskslam.mode import Mode
 from taskslam.report import cards, palette, words
 from taskslam.report.markers import marker_shapes
 from taskslam.report.page.comparison_view import comparison_views
@@ -23,6 +25,7 @@ from taskslam.report.page.suite import SuiteView, is_suite, suite_view
 from taskslam.report.page.verdicts import mode_verdicts, run_verdict, split
 from taskslam.report.page.views import RunView, ScenarioView, run_view, scenario_view
 from taskslam.report.results import Results, read_results
+from taskslam.report.tables.columns import quantity_columns
 
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
 _STYLES = ("style.css", "interactive.css", "print.css")
@@ -69,6 +72,9 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         split=split,
         words=words,
         cards=cards,
+        columns=quantity_columns(),
+        area=EXACT,
+        Mode=Mode,
         palette=palette,
         style=Markup(style),  # noqa: S704 our own file, no input in it
         script=Markup(script),  # noqa: S704 our own file, no input in it

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2, wrap_angle
+from taskslam.mode import Mode
 from taskslam.report.goal_frame import seen_from_goal
 from taskslam.report.page.views import RunView, ScenarioView
 from taskslam.report.palette import on_page
@@ -22,6 +23,7 @@ def page_data(scenarios: Sequence[ScenarioView]) -> Markup:
     radians from its heading; null where unknown.
     """
     data = {
+        "modes": list(Mode),
         "scenarios": {scenario.anchor: _scenario(scenario) for scenario in scenarios},
         "runs": {run.anchor: _run(run, scenario.anchor) for scenario in scenarios for run in scenario.runs},
     }

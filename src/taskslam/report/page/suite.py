@@ -105,7 +105,7 @@ def _curves(results: Results) -> tuple[CurvePanel, ...]:
         mode: [
             curve_of(result, result.pooled.precisions_m, result.pooled.planned_waypoints, marked=True)
             for result in results.in_mode(mode)
-            if result.pooled.n_auc.exact is not None
+            if result.pooled.area.exact is not None
         ]
         for mode in results.modes
     }

@@ -12,6 +12,7 @@ from taskslam.errors import RecordError
 from taskslam.evaluation import WaypointMetrics
 from taskslam.evaluation.pooled import pooled_precisions
 from taskslam.geometry import SE2
+from taskslam.mode import Mode
 from taskslam.report import words
 from taskslam.report.floor import floor_plan
 from taskslam.report.page.arrivals_figure import arrivals_figures
@@ -148,7 +149,7 @@ def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
 
 def curve_of(of: Run | MethodResult, precisions: tuple[float, ...], planned: int, marked: bool) -> Curve:
     """The cumulative curve of a run, or of a method in one mode. precisions: E in metres of its complete waypoints."""
-    return Curve(precisions, planned, of.style, of.mode == "without-map", marked, of.name)
+    return Curve(precisions, planned, of.style, of.mode == Mode.WITHOUT_MAP, marked, of.name)
 
 
 def _run_curves(runs: Sequence[Run], marked: bool) -> list[Curve]:

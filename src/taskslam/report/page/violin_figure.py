@@ -12,6 +12,7 @@ import numpy.typing as npt
 from markupsafe import Markup
 
 from taskslam.geometry import FloatArray
+from taskslam.mode import Mode
 from taskslam.report import palette
 from taskslam.report.log_axis import FLOOR, LogAxis
 from taskslam.report.svg import Svg
@@ -43,9 +44,9 @@ def violin_strip(without: Sequence[float], with_map: Sequence[float], axis: LogA
         x = axis.share(tick / 100) * _WIDTH
         svg.line(x, 0, x, 2 * _HALF, stroke=palette.HAIRLINE, **_STEADY)
     svg.line(0, _HALF, _WIDTH, _HALF, stroke=palette.HAIRLINE, **_STEADY)
-    with svg.group(data_mode="without-map"):
+    with svg.group(data_mode=Mode.WITHOUT_MAP):
         _draw_half(svg, without, axis, colour, up=True)
-    with svg.group(data_mode="with-map"):
+    with svg.group(data_mode=Mode.WITH_MAP):
         _draw_half(svg, with_map, axis, colour, up=False)
     return svg.markup()
 

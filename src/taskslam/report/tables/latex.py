@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
-from taskslam.evaluation.metrics_file import Interval, Uncertainty, WaypointMetrics
-from taskslam.evaluation.pooled import Pooled
+from taskslam.evaluation.metrics_file import WaypointMetrics
+from taskslam.evaluation.quantities import quantities
 from taskslam.report import words
 from taskslam.report.results import MethodResult, Results, Run
+from taskslam.report.tables.columns import FAILURES, REAL_TIME, Column, quantity_columns, quantity_text
 
 _MOST_WAYPOINTS = 8  # columns of a table; further waypoints go below
 _ESCAPES = str.maketrans(
     {
         "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
         "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
-        "|": r"\textbar{}", '"': r"\textquotedbl{}", "–": "--", "…": r"\dots{}", "°": r"\textdegree{}",
+        "|": r"\textbar{}", '"': r"\textquotedbl{}", "–": "--",
+        "Δ": r"$\Delta$", "δ": r"$\delta$", "₁": "$_1$", "₅": "$_5$", "…": r"\dots{}", "°": r"\textdegree{}",
     }
 )  # fmt: skip
 _DOCUMENT = r"""\documentclass{article}
@@ -44,13 +45,15 @@ def document(names: Iterable[str]) -> str:
 
 def methods_latex(results: Results) -> str:
     """Methods by metrics, mode by mode: the most complete first, the best of each column in bold."""
-    head = ["method", *(column.heading for column in _COLUMNS), "failures", "RTF"]
-    lines = [_explanation(results), f"\\begin{{tabular}}{{l{'r' * len(_COLUMNS)}lr}}", r"\toprule", _row(head)]
+    columns = quantity_columns()
+    names = [column.latex or escape(column.heading) for column in columns]
+    head = ["method", *names, FAILURES.heading, REAL_TIME.latex]
+    lines = [_explanation(results), f"\\begin{{tabular}}{{l{'r' * len(columns)}lr}}", r"\toprule", _row(head)]
     for mode in results.modes:
         ranked = results.in_mode(mode)
-        best = [column.best(ranked) for column in _COLUMNS]
+        best = [_best(column, ranked) for column in columns]
         lines += [r"\midrule", f"\\multicolumn{{{len(head)}}}{{l}}{{\\emph{{{escape(words.mode(mode))}}}}} \\\\"]
-        lines += [_method_row(result, best) for result in ranked]
+        lines += [_method_row(result, columns, best) for result in ranked]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
@@ -70,73 +73,41 @@ def waypoints_latex(results: Results, scenario: str) -> str:
     return "\n".join([head, "\n\n\\medskip\n\n".join(blocks), ""])
 
 
-def _area(value: float | None) -> str:
-    return words.plain(value, 3)
+def _best(column: Column, ranked: Sequence[MethodResult]) -> frozenset[str]:
+    """Labels of the methods that read as the best one does; none where all read alike."""
+    of = column.quantity
+    if of is None:
+        return frozenset()
+    values = {
+        result.label: value
+        for result in ranked
+        if not result.is_reference and (value := result.quantities[of.key].value) is not None
+    }
+    top = max((result.pooled.completeness for result in ranked if result.label in values), default=0.0)
+    least = {result.label for result in ranked if result.pooled.completeness < top} if of.fair else set[str]()
+    competing = {label: value for label, value in values.items() if label not in least}
+    if len({quantity_text(of, value) for value in competing.values()}) < 2:
+        return frozenset()
+    text = quantity_text(of, of.best_of(competing.values()))
+    return frozenset(label for label, value in competing.items() if quantity_text(of, value) == text)
 
 
-def _percent(share: float | None) -> str:
-    return words.DASH if share is None else words.percent(share)
+def _cell(column: Column, result: MethodResult, best: frozenset[str]) -> str:
+    """The value, bold among the best, and its interval if there is room for it."""
+    shown = escape(column.text(result))
+    shown = f"\\textbf{{{shown}}}" if result.label in best else shown
+    between = column.interval(result) if column.quantity is not None and column.quantity.essential else ""
+    return f"{shown} {{\\scriptsize [{escape(between)}]}}" if between else shown
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column of the table of methods. choose: the best of some values; None where nobody is best.
-
-    fair: only the most complete methods compete, for the mean of a method that completes easy waypoints alone is small.
-    """
-
-    heading: str
-    value: Callable[[Pooled], float | None]
-    interval: Callable[[Uncertainty], Interval | None]
-    text: Callable[[float | None], str]
-    choose: Callable[[Iterable[float]], float] = min
-    fair: bool = True
-
-    def best(self, ranked: Sequence[MethodResult]) -> frozenset[str]:
-        """Labels of the methods that read as the best one does; none where all read alike."""
-        rivals = [result for result in ranked if not result.is_reference and self.value(result.pooled) is not None]
-        top = max((rival.pooled.completeness for rival in rivals), default=0.0)
-        competing = {
-            rival.label: value
-            for rival in rivals
-            if (value := self.value(rival.pooled)) is not None and (rival.pooled.completeness == top or not self.fair)
-        }
-        if len({self.text(value) for value in competing.values()}) < 2:
-            return frozenset()
-        text = self.text(self.choose(competing.values()))
-        return frozenset(label for label, value in competing.items() if self.text(value) == text)
-
-    def cell(self, result: MethodResult, best: frozenset[str]) -> str:
-        """The value, bold among the best, and its interval."""
-        shown = escape(self.text(self.value(result.pooled)))
-        shown = f"\\textbf{{{shown}}}" if result.label in best else shown
-        interval = self.interval(result.pooled.uncertainty)
-        if interval is None:
-            return shown
-        return f"{shown} {{\\scriptsize [{self.text(interval.low)}, {self.text(interval.high)}]}}"
-
-
-_COLUMNS = (
-    _Column(r"$C$ (\%)", lambda of: of.completeness, lambda sure: sure.completeness, _percent, max, fair=False),
-    _Column("$E$ (cm)", lambda of: of.position.precision_m, lambda sure: sure.precision_m, words.centimetres),
-    _Column("$e$ (cm)", lambda of: of.position.accuracy_m, lambda sure: sure.accuracy_m, words.centimetres),
-    _Column(r"$\Delta$ ($^\circ$)", lambda of: of.orientation.precision_rad, lambda sure: sure.precision_rad,
-            words.degrees),
-    _Column(r"$\delta$ ($^\circ$)", lambda of: of.orientation.accuracy_rad, lambda sure: sure.accuracy_rad,
-            words.degrees),
-    _Column("N-AUC", lambda of: of.n_auc.exact, lambda sure: sure.n_auc_exact, _area, max, fair=False),
-    _Column("N-AUC$_{15}$", lambda of: of.n_auc.published, lambda _: None, _area, max, fair=False),
-)  # fmt: skip
-
-
-def _method_row(result: MethodResult, best: Sequence[frozenset[str]]) -> str:
+def _method_row(result: MethodResult, columns: Sequence[Column], best: Sequence[frozenset[str]]) -> str:
     pooled = result.pooled
     name = f"\\emph{{{escape(result.label)}}}" if result.is_reference else escape(result.label)
     if pooled.missing_runs:
         name += f" ({pooled.runs} of {pooled.planned_runs} runs)"
-    cells = [column.cell(result, labels) for column, labels in zip(_COLUMNS, best, strict=True)]
+    cells = [_cell(column, result, labels) for column, labels in zip(columns, best, strict=True)]
     failures = words.outcomes(pooled.failures_by_kind) or "none"
-    return _row([name, *cells, escape(failures), escape(words.plain(pooled.real_time_factor, 1))])
+    return _row([name, *cells, escape(failures), escape(REAL_TIME.text(result))])
 
 
 def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bool) -> str:
@@ -197,11 +168,10 @@ def _explanation(results: Results) -> str:
     return "\n".join(
         (
             f"% Needs \\usepackage{{booktabs}}. Scenarios: {escape(', '.join(results.scenarios))}; rounds: {rounds}.",
-            "% C: complete waypoints over planned ones. E, Delta: mean distance and angle of arrivals to their mean;",
-            "% e, delta: to the goal; means over waypoints reached in every round. N-AUC: exact integral of the",
-            "% cumulative curve of E over 0-120 cm; N-AUC_15: by trapezoids over 0, 15, ..., 120 cm as published, at",
-            f"% most 0.9375. In brackets: {100 * level:g} \\% intervals. Bold: the best; in E to delta among the most",
-            "% complete methods. Italic: a reference, told the truth. RTF: simulated time over wall time.",
+            *(f"% {one.latex or escape(one.symbol)}: {escape(one.words)}." for one in quantities()),
+            f"% Means are over waypoints reached in every round. In brackets: {100 * level:g} \\% intervals.",
+            "% Bold: the best, of a mean among the most complete methods. Italic: a reference, told the truth.",
+            "% RTF: simulated time over wall time.",
         )
     )
 

@@ -121,7 +121,7 @@
   const ofGoal = (key, goal) => {
     const scenario = data.scenarios[key];
     const runs = Object.values(data.runs).filter((run) => run.scenario === key && run.waypoints[goal] && shows(run.method) && shows(run.mode));
-    const modes = ["without-map", "with-map"].filter((mode) => runs.some((run) => run.mode === mode));
+    const modes = data.modes.filter((mode) => runs.some((run) => run.mode === mode));
     const say = ({E, visits, rounds}) => visits === rounds && E !== null ? length(E, scenario) : `${visits}/${rounds}`;
     const rows = [...new Set(runs.map((run) => run.label))].map((label) => {
       const own = runs.filter((run) => run.label === label);

@@ -4,8 +4,8 @@ import pytest
 
 from taskslam.errors import RecordError
 from taskslam.report.results import read_results
-from taskslam.report.tables.files import write_tables
 from taskslam.report.tables.latex import escape, methods_latex, waypoints_latex
+from taskslam.report.tables.table_files import write_tables
 
 NASTY = r"a_b & 100% $x^2$ #1 {c} ~ \end{tabular}"
 

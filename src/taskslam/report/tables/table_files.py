@@ -11,9 +11,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from taskslam.errors import RecordError
-from taskslam.evaluation.metrics_file import Interval
+from taskslam.evaluation.quantities import quantities
 from taskslam.files import write_whole, writing
 from taskslam.report.results import Results
+from taskslam.report.tables.columns import quantity_columns
 from taskslam.report.tables.latex import document, methods_latex, waypoints_latex
 from taskslam.report.tables.markdown import methods_markdown
 
@@ -47,30 +48,26 @@ def write_tables(results: Results, folder: Path) -> list[Path]:
 def methods_csv(results: Results) -> str:
     """One row for each method in each mode."""
     kinds = sorted({kind for result in results.pooled for kind in result.pooled.failures_by_kind})
+    columns = [column.quantity for column in quantity_columns() if column.quantity is not None]
     head = [
         "method", "mode", "sensor", "reference", "runs", "missing_runs", "complete_waypoints", "planned_waypoints",
-        *_with_interval("completeness"), *_with_interval("precision_m"), "precision_unbiased_m",
-        *_with_interval("accuracy_m"), *_with_interval("precision_rad"), *_with_interval("accuracy_rad"),
-        *_with_interval("n_auc_exact_120cm"), "n_auc_grid_15cm_to_120cm", "n_auc_grid_6cm_to_90cm",
-        *(f"failures_{kind}" for kind in kinds), "frames", "dropped_frames", "real_time_factor",
+        *(name for of in columns for name in (of.column, f"{of.column}_low95", f"{of.column}_high95")),
+        "precision_unbiased_m", *(f"failures_{kind}" for kind in kinds), "frames", "dropped_frames", "compute_s",
+        "real_time_factor",
     ]  # fmt: skip
     rows = []
     for mode in results.modes:
         for result in results.in_mode(mode):
-            pooled, sure = result.pooled, result.pooled.uncertainty
+            pooled = result.pooled
+            found = [result.quantities[of.key] for of in columns]
             rows.append(
                 [
                     result.label, mode, result.sensor, result.is_reference, pooled.runs, pooled.missing_runs,
                     pooled.complete_waypoints, pooled.planned_waypoints,
-                    *_triple(pooled.completeness, sure.completeness),
-                    *_triple(pooled.position.precision_m, sure.precision_m), sure.precision_unbiased_m,
-                    *_triple(pooled.position.accuracy_m, sure.accuracy_m),
-                    *_triple(pooled.orientation.precision_rad, sure.precision_rad),
-                    *_triple(pooled.orientation.accuracy_rad, sure.accuracy_rad),
-                    *_triple(pooled.n_auc.exact, sure.n_auc_exact),
-                    pooled.n_auc.published, pooled.n_auc.published_real_grid,
+                    *(number for of in found for number in (of.value, of.low, of.high)),
+                    pooled.uncertainty.precision_unbiased_m,
                     *(pooled.failures_by_kind.get(kind, 0) for kind in kinds),
-                    pooled.frames, pooled.dropped_frames, pooled.real_time_factor,
+                    pooled.frames, pooled.dropped_frames, pooled.compute_s, pooled.real_time_factor,
                 ]
             )  # fmt: skip
     return _csv(head, rows)
@@ -78,15 +75,16 @@ def methods_csv(results: Results) -> str:
 
 def waypoints_csv(results: Results) -> str:
     """One row for each waypoint of each run. waypoint counts from 1, as on figures."""
+    columns = [one for one in quantities() if one.of_waypoint is not None]
     head = [
         "scenario", "method", "mode", "seed", "waypoint", "x_m", "y_m", "theta_rad", "visits", "rounds", "complete",
-        "precision_m", "accuracy_m", "precision_rad", "accuracy_rad", "precision_rms_m", "control_m", "estimation_m",
+        *(of.column for of in columns), "precision_rms_m", "control_m", "estimation_m",
     ]  # fmt: skip
     rows = [
         [
             run.metrics.scenario, run.label, run.metrics.mode, run.metrics.seed, at.goal + 1, *at.target, at.visits,
-            at.rounds, at.complete, at.position.precision_m, at.position.accuracy_m, at.orientation.precision_rad,
-            at.orientation.accuracy_rad, at.precision_rms_m, at.control.position_m, at.estimation.position_m,
+            at.rounds, at.complete, *(at.quantities.get(of.key) for of in columns), at.precision_rms_m,
+            at.control.position_m, at.estimation.position_m,
         ]
         for run in results.runs
         for at in run.metrics.waypoints
@@ -109,14 +107,6 @@ def failures_csv(results: Results) -> str:
         for failure in run.metrics.failures
     ]  # fmt: skip
     return _csv(head, rows)
-
-
-def _with_interval(name: str) -> tuple[str, str, str]:
-    return (name, f"{name}_low95", f"{name}_high95")
-
-
-def _triple(value: float | None, interval: Interval | None) -> tuple[float | None, float | None, float | None]:
-    return (value, None, None) if interval is None else (value, interval.low, interval.high)
 
 
 def _csv(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
