@@ -5,7 +5,7 @@
 
 The set: 2D LiDAR in both modes, 3D LiDAR, stereo with a reference that is handed the pictures, an export with two
 replays, and a measured run from the virtual lab. Compared: journals, trajectories, what a measurement found, and
-metrics.json without the figures of this machine's clock and memory, and figures. Exit status 1 where anything differs.
+metrics.json without what this machine's clock and memory said, and figures. Exit status 1 where anything differs.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ MAIN = [
     "precision_accuracy_without_map",
     "precision_accuracy_with_map",
     "cumulative_precision",
+    "success_within_tolerance",
     "violins_precision",
     "violins_accuracy",
 ]
@@ -44,7 +45,7 @@ def outside(figure):
 
 def test_one_folder_gives_every_figure_of_the_paper(results):
     names = [name for name, _ in paper_figures(results, "column", "metric")]
-    assert names[:5] == MAIN
+    assert names[: len(MAIN)] == MAIN
     assert len([name for name in names if name.startswith("runs/arrivals_")]) == 8
     assert len([name for name in names if name.startswith("runs/trajectories_")]) == 8
     assert len(set(names)) == len(names)
@@ -99,18 +100,44 @@ def test_one_round_has_no_precision_but_a_completeness(make_run):
     assert "no precision to show" in texts_of(figures["cumulative_precision"])
 
 
-@pytest.mark.parametrize("options", [{"plan": False}, {"truth": False}, {"rounds": 2, "failed": True}])
-def test_what_was_not_recorded_is_left_out_of_the_picture(make_run, options):
-    folder = make_run("a", **options).parent
-    for _, figure in paper_figures(read_results([folder]), "column", "metric"):
+def drawn(make_run, name="a", **options):
+    """The figures of one run by the beginning of their names; each can be saved."""
+    run = make_run(name, **options)
+    figures = {found.partition("_synthetic")[0]: figure for found, figure in paper_figures(
+        read_results([run]), "column", "metric")}  # fmt: skip
+    for figure in figures.values():
         figure_bytes(figure, "png")
+    return figures
+
+
+def paths_in(figure):
+    """Lines of more than a heading's two points on the map."""
+    return [line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]
+
+
+def test_without_a_floor_plan_the_tour_is_drawn_on_white(make_run):
+    assert len(drawn(make_run)["runs/trajectories"].axes[0].images) == 1
+    assert len(drawn(make_run, name="b", plan=False)["runs/trajectories"].axes[0].images) == 0
+
+
+def test_without_true_poses_at_the_arrivals_there_is_no_precision_to_show(make_run):
+    figures = drawn(make_run, truth=False)
+    for name in ("precision_accuracy_without_map", "cumulative_precision", "success_within_tolerance"):
+        assert "no precision to show" in texts_of(figures[name]), name
+
+
+def test_a_failure_is_marked_and_what_it_missed_is_hollow(make_run):
+    whole, failed = drawn(make_run)["runs/trajectories"], drawn(make_run, name="b", failed=True)["runs/trajectories"]
+    assert {"failure", "missed"} <= set(texts_of(failed))
+    assert {"failure", "missed"}.isdisjoint(texts_of(whole))
 
 
 def test_a_damaged_trajectory_leaves_its_round_out(make_run):
     run = make_run("a")
+    trajectories = next(f for name, f in paper_figures(read_results([run]), "column", "metric") if "trajector" in name)
     (run / "round01" / "truth.tum").write_text("not a number\n", encoding="utf-8")
-    figures = dict(paper_figures(read_results([run]), "column", "metric"))
-    assert any(name.startswith("runs/trajectories_") for name in figures)
+    damaged = next(f for name, f in paper_figures(read_results([run]), "column", "metric") if "trajector" in name)
+    assert len(paths_in(damaged)) == len(paths_in(trajectories)) - 1
 
 
 def test_twenty_methods_with_long_names_stay_on_the_paper(make_run):

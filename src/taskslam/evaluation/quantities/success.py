@@ -17,16 +17,30 @@ from scipy.special import betaincinv
 from taskslam.evaluation.intervals import LEVEL
 from taskslam.evaluation.metrics_file import Interval, RunMetrics, Uncertainty, WaypointMetrics
 from taskslam.evaluation.quantity import Dimension, Quantity, WorseIs
-from taskslam.evaluation.tolerance import arrival_spread, success
+from taskslam.evaluation.tolerance import ArrivalSpread, arrival_spread, success
 from taskslam.geometry import wrap
 
 POSITION_M, HEADING_RAD = 0.02, math.radians(2.0)
 
 
+def success_curve(runs: Sequence[RunMetrics], missing: Sequence[int]) -> tuple[tuple[float, ...], int] | None:
+    """Steps of the curve over position tolerances, at a heading within 2 degrees; None where success is not defined.
+
+    Distances in metres of arrivals to their mean, in order, of those whose heading is within; and planned arrivals.
+    """
+    spread = _spread(runs, missing)
+    if not spread.planned or not _is_known(runs):
+        return None
+    return tuple(np.sort(spread.distances[spread.angles <= HEADING_RAD]).tolist()), spread.planned
+
+
 def _of_runs(runs: Sequence[RunMetrics], missing: Sequence[int]) -> float | None:
-    never_driven = sum(missing) * max(run.rounds for run in runs)
-    spread = arrival_spread(runs, never_driven)
+    spread = _spread(runs, missing)
     return float(success(spread, [POSITION_M], HEADING_RAD)[0]) if spread.planned and _is_known(runs) else None
+
+
+def _spread(runs: Sequence[RunMetrics], missing: Sequence[int]) -> ArrivalSpread:
+    return arrival_spread(runs, sum(missing) * max(run.rounds for run in runs))
 
 
 def _is_known(runs: Sequence[RunMetrics]) -> bool:

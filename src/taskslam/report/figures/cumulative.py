@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from taskslam.geometry import FloatArray
 from taskslam.report.figures.bars import KeyLine, Row
 from taskslam.report.figures.panels import Legend, figure_with_panels
-from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, scale_of, set_axis
+from taskslam.report.figures.scales import Measure, Scale, Units, add_grid, scale_of, set_axis
 from taskslam.report.figures.style import (
     NORMAL,
     Width,
@@ -47,18 +47,30 @@ class Panel:
     curves: Sequence[Curve]
 
 
+@dataclass(frozen=True)
+class Labels:
+    """What the axes of a panel say."""
+
+    along: str
+    up: str
+
+
+WAYPOINTS = Labels("precision E", "waypoints below (%)")
+
+
 @printed
 def cumulative_figure(
     panels: Sequence[Panel],
     rows: Sequence[Row],
     key: Sequence[KeyLine],
     heading: str,
-    quantity: Quantity,
+    quantity: Measure,
     limit: float,
     width: Width,
     units: Units,
+    labels: Labels = WAYPOINTS,
 ) -> Figure:
-    """Draw a panel for each mode on one scale, and beside or below them the rows of N-AUC.
+    """Draw a panel for each mode on one scale, and beside or below them the rows of what the curves amount to.
 
     limit: the axis reaches so far.
     """
@@ -66,7 +78,7 @@ def cumulative_figure(
     scale = scale_of(values, least=limit)
     figure, drawn = figure_with_panels(len(panels), Legend(rows, heading, key), width, _SIDES, _panel_height)
     for axes, panel in zip(drawn, panels, strict=True):
-        _draw_panel(axes, panel, scale, quantity, units)
+        _draw_panel(axes, panel, scale, quantity, units, labels)
     for axes, panel in zip(drawn, panels, strict=True):
         add_tags(axes, [(at, curve.tag) for curve, at in _marks(panel.curves, scale)])
     return figure
@@ -82,11 +94,11 @@ def steps(curve: Curve, scale: Scale) -> FloatArray:
     return step_corners(curve.precisions, curve.planned, scale.low, scale.high) * [1.0, 100.0]
 
 
-def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Quantity, units: Units) -> None:
-    set_axis(axes, "x", scale, quantity, units, f"precision {quantity.precision}")
+def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Measure, units: Units, labels: Labels) -> None:
+    set_axis(axes, "x", scale, quantity, units, labels.along)
     axes.set_ylim(0, 103)
     axes.set_yticks([0, 25, 50, 75, 100])
-    axes.set_ylabel("waypoints below (%)")
+    axes.set_ylabel(labels.up)
     axes.text(0.97, 0.04, panel.title, transform=axes.transAxes, ha="right", fontsize=NORMAL, fontweight="bold")
     add_grid(axes)
     for curve in reversed(panel.curves):  # the best on top

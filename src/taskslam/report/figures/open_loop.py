@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from taskslam.report.figures.bars import Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure
-from taskslam.report.figures.scales import Quantity, orientation, position
+from taskslam.report.figures.scales import Measure, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.markers import Style, method_styles
 from taskslam.studies.study_results import MethodResult, OpenLoopResults
@@ -40,7 +40,7 @@ def _filled(result: MethodResult) -> bool:
     return result.compared_frames is result.common
 
 
-def _point(result: MethodResult, style: Style, quantity: Quantity) -> Point:
+def _point(result: MethodResult, style: Style, quantity: Measure) -> Point:
     """E as the paper has it; on frames of some runs corrected for how many these are, or they would look too good."""
     frames = result.compared_frames
     in_cm = quantity.unit == "cm"

@@ -3,31 +3,34 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from matplotlib.figure import Figure
 
 from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.metrics_file import Interval
 from taskslam.evaluation.quantities.area import EXACT
+from taskslam.evaluation.quantities.success import SUCCESS, success_curve
+from taskslam.evaluation.quantity import Quantity
 from taskslam.mode import Mode
 from taskslam.report import cards, palette, words
 from taskslam.report.figures import cumulative, violins
 from taskslam.report.figures.arrivals import arrivals_figure
 from taskslam.report.figures.bars import DARK, LIGHT, Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure, scatter_scale, tags_of
-from taskslam.report.figures.scales import Quantity, Units, orientation, position
+from taskslam.report.figures.scales import Measure, Units, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.figures.trajectories import trajectory_figure
 from taskslam.report.markers import Style
 from taskslam.report.results import MODES, MethodResult, Results, Run
-from taskslam.report.tables.columns import interval_of
+from taskslam.report.tables.columns import interval_of, quantity_text
 
 
 def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
     """Each figure with the name of its file, without an ending."""
     yield from _precision_accuracy(results, width, units)
     yield "cumulative_precision", _cumulative(results, width, units)
+    yield "success_within_tolerance", _success(results, width, units)
     yield from _violins(results, width, units)
     for run, name in zip(results.runs, _run_names(results.runs), strict=True):
         title = f"{run.name}, {run.metrics.scenario}" if len(results.scenarios) > 1 else run.name
@@ -57,7 +60,7 @@ def _panels(ranked: Sequence[MethodResult], results: Results) -> list[Panel]:
     ]
 
 
-def _points(ranked: Sequence[MethodResult], quantity: Quantity) -> list[Point]:
+def _points(ranked: Sequence[MethodResult], quantity: Measure) -> list[Point]:
     points = []
     for result, tag in zip(ranked, tags_of(len(ranked)), strict=True):
         precision, accuracy = _means(result, quantity)
@@ -78,13 +81,45 @@ def _points(ranked: Sequence[MethodResult], quantity: Quantity) -> list[Point]:
     return points
 
 
-def _means(result: MethodResult, quantity: Quantity) -> tuple[float | None, float | None]:
+def _means(result: MethodResult, quantity: Measure) -> tuple[float | None, float | None]:
     if quantity.task == "D":
         return result.pooled.position.precision_m, result.pooled.position.accuracy_m
     return result.pooled.orientation.precision_rad, result.pooled.orientation.accuracy_rad
 
 
 def _cumulative(results: Results, width: Width, units: Units) -> Figure:
+    curves = {
+        (result.label, result.mode): (result.pooled.precisions_m, result.pooled.planned_waypoints)
+        for result in results.pooled
+        if result.pooled.area.exact is not None
+    }
+    reach = f"0–{position(None).shown(EXACT_RANGE):g} cm"
+    return _steps(
+        results, curves, EXACT, f"{EXACT.symbol}, {reach}", "exact integral", cumulative.WAYPOINTS, width, units
+    )
+
+
+def _success(results: Results, width: Width, units: Units) -> Figure:
+    found = {
+        (result.label, result.mode): success_curve([run.metrics for run in result.runs], result.missing)
+        for result in results.pooled
+    }
+    curves = {key: curve for key, curve in found.items() if curve is not None}
+    labels = cumulative.Labels("tolerance about the mean", "arrivals within (%)")
+    return _steps(results, curves, SUCCESS, f"{SUCCESS.symbol} (%)", "within 2 cm and 2°", labels, width, units)
+
+
+def _steps(
+    results: Results,
+    curves: Mapping[tuple[str, str], tuple[tuple[float, ...], int]],
+    of: Quantity,
+    heading: str,
+    what: str,
+    labels: cumulative.Labels,
+    width: Width,
+    units: Units,
+) -> Figure:
+    """Step curves of methods by mode, and beside them the quantity that they amount to. curves: values and planned."""
     methods = results.methods
     tags = {method.label: tag for method, tag in zip(methods, tags_of(len(methods)), strict=True)}
     rows = [
@@ -95,18 +130,17 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
             filled=method.complete,
             bars=tuple(
                 Bar(
-                    area,
-                    words.plain(area, 3),
-                    _share(interval_of(result, EXACT)),
+                    result.quantities[of.key].value,
+                    quantity_text(of, result.quantities[of.key].value),
+                    _share(interval_of(result, of)),
                     DARK if result.mode == Mode.WITH_MAP else LIGHT,
                 )
                 for result in method.results
-                for area in [result.quantities[EXACT.key].value]
             ),
         )
         for method in methods
     ]
-    quantity = position(results.units.diameter_m)
+    axis = position(results.units.diameter_m)
     panels = [
         cumulative.Panel(
             words.mode(mode),
@@ -114,27 +148,26 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
                 cumulative.Curve(
                     result.style,
                     result.complete,
-                    tuple(quantity.shown(value) for value in result.pooled.precisions_m),
-                    result.pooled.planned_waypoints,
+                    tuple(axis.shown(value) for value in curves[result.label, mode][0]),
+                    curves[result.label, mode][1],
                     tags[result.label],
                 )
                 for result in results.pooled
-                if result.mode == mode and result.pooled.area.exact is not None
+                if result.mode == mode and (result.label, mode) in curves
             ],
         )
         for mode in results.modes
     ]
-    key = [KeyLine(f"{EXACT.symbol}: exact integral")]
+    key = [KeyLine(f"{of.symbol}: {what}")]
     key += [
         KeyLine(f"{shade}: {words.mode(mode)}")
         for mode, shade in zip(MODES, ("light", "full"), strict=True)
         if mode in results.modes
     ]
-    limit = quantity.size or quantity.shown(EXACT_RANGE) / 4
-    heading = f"{EXACT.symbol}, 0–{quantity.shown(EXACT_RANGE):g} cm"
+    limit = axis.size or axis.shown(EXACT_RANGE) / 4
     return cumulative.cumulative_figure(
-        panels, rows, [*key, *sensor_key([method.results[0] for method in methods])], heading, quantity, limit,
-        width, units,
+        panels, rows, [*key, *sensor_key([method.results[0] for method in methods])], heading, axis, limit, width,
+        units, labels,
     )  # fmt: skip
 
 
@@ -155,7 +188,7 @@ def _violins(results: Results, width: Width, units: Units) -> Iterator[tuple[str
         yield f"violins_{what}", violins.violin_figure(rows, quantity, units, f"{what} {letter}", width, results.modes)
 
 
-def _samples(result: MethodResult | None, what: str, quantity: Quantity) -> tuple[float, ...]:
+def _samples(result: MethodResult | None, what: str, quantity: Measure) -> tuple[float, ...]:
     if result is None:
         return ()
     values = result.pooled.precisions_m if what == "precision" else result.pooled.accuracies_m
@@ -185,7 +218,7 @@ def _run_names(runs: Sequence[Run]) -> list[str]:
     return names
 
 
-def _intervals(result: MethodResult, quantity: Quantity) -> tuple[Interval | None, Interval | None]:
+def _intervals(result: MethodResult, quantity: Measure) -> tuple[Interval | None, Interval | None]:
     """Of accuracy and of precision."""
     sure = result.pooled.uncertainty
     if quantity.task == "D":
@@ -193,7 +226,7 @@ def _intervals(result: MethodResult, quantity: Quantity) -> tuple[Interval | Non
     return sure.accuracy_rad, sure.precision_rad
 
 
-def _shown(interval: Interval | None, quantity: Quantity) -> tuple[float, float] | None:
+def _shown(interval: Interval | None, quantity: Measure) -> tuple[float, float] | None:
     return None if interval is None else (quantity.shown(interval.low), quantity.shown(interval.high))
 
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from taskslam.report.figures.bars import KeyLine, Row
 from taskslam.report.figures.panels import Legend, figure_with_panels
-from taskslam.report.figures.scales import Quantity, Scale, Units, add_grid, add_parity, scale_of, set_axis
+from taskslam.report.figures.scales import Measure, Scale, Units, add_grid, add_parity, scale_of, set_axis
 from taskslam.report.figures.style import Width, marker_style, printed, say_empty
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
@@ -42,7 +42,7 @@ class Point:
 class Panel:
     """One quantity of all methods."""
 
-    quantity: Quantity
+    quantity: Measure
     points: Sequence[Point]
 
 
@@ -79,9 +79,7 @@ def scatter_scale(points: Sequence[Point]) -> Scale:
     return scale_of(values)
 
 
-def draw_precision_accuracy(
-    axes: Axes, points: Sequence[Point], scale: Scale, quantity: Quantity, units: Units
-) -> None:
+def draw_precision_accuracy(axes: Axes, points: Sequence[Point], scale: Scale, quantity: Measure, units: Units) -> None:
     """Draw one panel: precision upwards over accuracy rightwards."""
     set_axis(axes, "x", scale, quantity, units, f"accuracy {quantity.accuracy}")
     set_axis(axes, "y", scale, quantity, units, f"precision {quantity.precision}")

@@ -27,7 +27,7 @@ _MOST_TICKS = 7
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Measure:
     """What an axis measures, in `unit`: cm or degrees.
 
     factor: from metres or radians; task: name of the task's unit; size: how many `unit` it is, None where the
@@ -52,15 +52,15 @@ class Quantity:
         return "" if self.size is None else f"{self.task} of {self.size:g} {self.unit}".replace(" °", "°")
 
 
-def position(diameter_m: float | None) -> Quantity:
+def position(diameter_m: float | None) -> Measure:
     """Positions in centimetres and robot diameters D; protocol 5.5 marks every D, and sixths of it for EuRoC."""
     size = None if diameter_m is None else round(100 * diameter_m, 6)
-    return Quantity("E", "e", "cm", 100.0, "D", size, (1, 2, 3, 6, 12, 30, 60, 120, 300, 600))
+    return Measure("E", "e", "cm", 100.0, "D", size, (1, 2, 3, 6, 12, 30, 60, 120, 300, 600))
 
 
-def orientation(field_of_view: float | None) -> Quantity:
+def orientation(field_of_view: float | None) -> Measure:
     """Headings in degrees and fields of view; protocol 5.5 marks sixteenths, and single degrees for EuRoC."""
-    return Quantity("Δ", "δ", "°", math.degrees(1.0), "FoV", field_of_view, (1, 2, 4, 8, 16, 40, 80, 160, 400, 800))
+    return Measure("Δ", "δ", "°", math.degrees(1.0), "FoV", field_of_view, (1, 2, 4, 8, 16, 40, 80, 160, 400, 800))
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Scale:
         """The value, or the end of the axis that it lies beyond."""
         return min(max(value, self.low), self.high)
 
-    def ticks(self, quantity: Quantity, units: Units, most: int = _MOST_TICKS) -> list[tuple[float, str]]:
+    def ticks(self, quantity: Measure, units: Units, most: int = _MOST_TICKS) -> list[tuple[float, str]]:
         """Round numbers and where they stand; none for a task unit of unknown size."""
         size = 1.0 if units == "metric" else quantity.size
         if size is None:
@@ -105,7 +105,7 @@ def scale_of(values: Sequence[float], least: float = 0.0) -> Scale:
     return Scale(0.0, math.ceil(1.06 * top / step - 1e-9) * step, False)
 
 
-def set_axis(axes: Axes, direction: Direction, scale: Scale, quantity: Quantity, units: Units, what: str) -> None:
+def set_axis(axes: Axes, direction: Direction, scale: Scale, quantity: Measure, units: Units, what: str) -> None:
     """Give an axis its scale, ticks and label in the chosen units, and the other units on the opposite side.
 
     what: what the axis shows, such as `accuracy e`. Where the task's unit has no one size, metric units stand alone.
@@ -151,7 +151,7 @@ def _set_ticks(axis: Axis, ticks: Sequence[tuple[float, str]]) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-def _unit_label(quantity: Quantity, units: Units) -> str:
+def _unit_label(quantity: Measure, units: Units) -> str:
     return quantity.unit if units == "metric" else quantity.task_label
 
 

@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from taskslam.mode import Mode
 from taskslam.report import palette
 from taskslam.report.figures.lettering import fitting_names
-from taskslam.report.figures.scales import Quantity, Scale, Units, scale_of, set_axis
+from taskslam.report.figures.scales import Measure, Scale, Units, scale_of, set_axis
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed
 from taskslam.report.markers import Style
 from taskslam.report.page.violin_figure import kernel_density
@@ -48,7 +48,7 @@ class ViolinRow:
 
 @printed
 def violin_figure(
-    rows: Sequence[ViolinRow], quantity: Quantity, units: Units, what: str, width: Width, modes: Sequence[str]
+    rows: Sequence[ViolinRow], quantity: Measure, units: Units, what: str, width: Width, modes: Sequence[str]
 ) -> Figure:
     """Draw one row for each method, from the most complete down. what: such as `precision E`; modes: that were run."""
     scale = scale_of([value for row in rows for value in (*row.without, *row.with_map)])

@@ -34,9 +34,16 @@ class Curve:
 
 
 def curve_figure(
-    curves: list[Curve], limit_m: float, diameter_m: float | None, size: tuple[float, float] = _SIZE
+    curves: list[Curve],
+    limit_m: float,
+    diameter_m: float | None,
+    size: tuple[float, float] = _SIZE,
+    label: str = "position precision E below, cm",
 ) -> Markup:
-    """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above if there is one D."""
+    """Draw the step curves from 0 to `limit_m`, with a second axis in robot diameters D above if there is one D.
+
+    label: of the axis.
+    """
     plot_w, plot_h = size[0] - _LEFT - _RIGHT, size[1] - _TOP - _BOTTOM
     svg = Svg(*size, f"Cumulative precision of {len(curves)} runs up to {limit_m * 100:.0f} cm")
 
@@ -46,13 +53,13 @@ def curve_figure(
     def y_of(share: float) -> float:
         return _TOP + (1 - share) * plot_h
 
-    _draw_axes(svg, limit_m, diameter_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
+    _draw_axes(svg, label, limit_m, diameter_m, x_of(0.0), x_of(limit_m), y_of(0.0), y_of(1.0))
     for curve in reversed(curves):  # the best on top
         steps = step_corners(curve.precisions, curve.planned, 0.0, limit_m)
         points = np.column_stack([[x_of(x) for x in steps[:, 0]], [y_of(y) for y in steps[:, 1]]])
         dash = {"stroke_dasharray": "7 4"} if curve.dashed else {}
         with svg.group(data_method=curve.style.key, data_mode=Mode.WITHOUT_MAP if curve.dashed else Mode.WITH_MAP):
-            svg.add("title", f"{curve.name}: {len(curve.precisions)} of {curve.planned} waypoints have a precision")
+            svg.add("title", f"{curve.name}: {len(curve.precisions)} of {curve.planned} on the curve")
             svg.polyline(points, stroke=curve.style.colour, stroke_width=2.4, stroke_linejoin="round", **dash)
             rises = np.flatnonzero(steps[:, 1] > 0)
             if curve.marked and len(rises):
@@ -62,10 +69,15 @@ def curve_figure(
     return svg.markup()
 
 
-def enlarged_limit(curves: list[Curve], diameter_m: float) -> float:
-    """The end of an axis that shows where the curves rise: a few fractions of D, at most half of it if none fits."""
+def enlarged_limit(curves: list[Curve], diameter_m: float, least: float = 0.0) -> float:
+    """The end of an axis that shows where the curves rise: a few fractions of D, at most half of it if none fits.
+
+    least: it shows at least so many metres.
+    """
     largest = max((value for curve in curves for value in curve.precisions), default=0.0)
-    fitting = (share * diameter_m for share in (0.05, 0.1, 0.2, 0.5, 1.0) if share * diameter_m >= 1.1 * largest)
+    fitting = (
+        share * diameter_m for share in (0.05, 0.1, 0.2, 0.5, 1.0) if share * diameter_m >= max(1.1 * largest, least)
+    )
     return next(fitting, diameter_m / 2)
 
 
@@ -89,7 +101,7 @@ def step_corners(values: Sequence[float], planned: int, low: float, high: float)
 
 
 def _draw_axes(
-    svg: Svg, limit: float, diameter: float | None, left: float, right: float, bottom: float, top: float
+    svg: Svg, label: str, limit: float, diameter: float | None, left: float, right: float, bottom: float, top: float
 ) -> None:
     tick = _tick(limit)
     with svg.group(font_size=12, fill=palette.MUTED):
@@ -103,7 +115,7 @@ def _draw_axes(
             svg.text(x, bottom + 19, f"{index * tick * 100:g}", text_anchor="middle")
         if diameter is not None:
             _draw_diameters(svg, limit, diameter, left, right, top)
-        svg.text((left + right) / 2, bottom + 38, "position precision E below, cm", text_anchor="middle")
+        svg.text((left + right) / 2, bottom + 38, label, text_anchor="middle")
 
 
 def _draw_diameters(svg: Svg, limit: float, diameter: float, left: float, right: float, top: float) -> None:

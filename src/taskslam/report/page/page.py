@@ -12,6 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from taskslam.evaluation.quantities.area import EXACT
+from taskslam.evaluation.quantities.published import COMPLETENESS
+from taskslam.evaluation.quantities.success import SUCCESS
 from taskslam.files import write_whole, writing
 from taskslam.mode import Mode
 from taskslam.report import cards, palette, words
@@ -25,7 +27,7 @@ from taskslam.report.page.suite import SuiteView, is_suite, suite_view
 from taskslam.report.page.verdicts import mode_verdicts, run_verdict, split
 from taskslam.report.page.views import RunView, ScenarioView, run_view, scenario_view
 from taskslam.report.results import Results, read_results
-from taskslam.report.tables.columns import quantity_columns
+from taskslam.report.tables.columns import quantity_columns, quantity_text
 
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
 _STYLES = ("style.css", "interactive.css", "print.css")
@@ -74,6 +76,9 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         cards=cards,
         columns=quantity_columns(),
         area=EXACT,
+        completeness=COMPLETENESS,
+        success=SUCCESS,
+        quantity_text=quantity_text,
         Mode=Mode,
         palette=palette,
         style=Markup(style),  # noqa: S704 our own file, no input in it

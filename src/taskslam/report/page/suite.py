@@ -12,7 +12,7 @@ from taskslam.report import words
 from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.page.curve_figure import curve_figure, enlarged_limit
 from taskslam.report.page.scatter_figure import Point, scatter_axis, scatter_figure
-from taskslam.report.page.views import CurvePanel, ScenarioView, curve_of
+from taskslam.report.page.views import CurvePanel, ScenarioView, curve_of, success_panels
 from taskslam.report.page.violin_figure import MOST_TICKS, violin_strip
 from taskslam.report.results import Method, MethodResult, Results
 
@@ -27,6 +27,7 @@ class SuiteView:
     scenarios: tuple[ScenarioView, ...]
     scatters: tuple[CurvePanel, ...]
     curves: tuple[CurvePanel, ...]
+    successes: tuple[CurvePanel, ...]
     violin_axis: LogAxis
 
     def violin(self, method: Method) -> Markup:
@@ -72,6 +73,7 @@ def suite_view(results: Results, scenarios: Sequence[ScenarioView]) -> SuiteView
         scenarios=tuple(scenarios),
         scatters=_scatters(results),
         curves=_curves(results),
+        successes=success_panels(results.pooled, results.units.diameter_m, True, _CURVE_SIZE),
         violin_axis=log_axis([value for result in results.pooled for value in result.pooled.precisions_m]),
     )
 

@@ -10,7 +10,9 @@ from markupsafe import Markup
 
 from taskslam.errors import RecordError
 from taskslam.evaluation import WaypointMetrics
+from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.pooled import pooled_precisions
+from taskslam.evaluation.quantities.success import POSITION_M, success_curve
 from taskslam.geometry import SE2
 from taskslam.mode import Mode
 from taskslam.report import words
@@ -26,6 +28,8 @@ from taskslam.report.page.waypoints_figure import waypoints_figure
 from taskslam.report.results import MODES, MethodResult, Run
 from taskslam.report.tracks import Tracks
 from taskslam.world import FloorPlan
+
+_PANEL_SIZE = (440.0, 310.0)
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ class ScenarioView:
     title: str
     runs: tuple[RunView, ...]
     curves: tuple[CurvePanel, ...]
+    successes: tuple[CurvePanel, ...]
     failures: tuple[tuple[RunView, FailureView], ...]
     waypoints_plan: Markup
     configurations: int
@@ -139,6 +144,7 @@ def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
         title=first.title,
         runs=tuple(runs),
         curves=_curves_by_mode(runs) if in_suite else _curves(runs),
+        successes=() if in_suite else success_panels(runs, first.robot_diameter, False, _PANEL_SIZE),
         failures=failures,
         waypoints_plan=waypoints_figure(
             plan, first.start, first.goals, _always_reached(runs), _failure_places(failures), _anchor(runs)
@@ -173,13 +179,35 @@ def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     )
 
 
+def success_panels(
+    of: Sequence[Run | MethodResult], diameter_m: float | None, marked: bool, size: tuple[float, float]
+) -> tuple[CurvePanel, ...]:
+    """Success over position tolerances, a panel for each mode, on one axis."""
+    by_mode: dict[str, list[Curve]] = {}
+    for one in of:
+        runs, missing = (one.runs, one.missing) if isinstance(one, MethodResult) else ((one,), ())
+        found = success_curve([run.metrics for run in runs], missing)
+        if found is not None:
+            by_mode.setdefault(one.mode, []).append(curve_of(one, *found, marked))
+    curves = [curve for own in by_mode.values() for curve in own]
+    if not curves:
+        return ()
+    limit = enlarged_limit(curves, diameter_m or EXACT_RANGE / 4, least=2 * POSITION_M)
+    label = "position tolerance about the mean, cm"
+    return tuple(
+        CurvePanel(words.mode(mode).capitalize(), mode, curve_figure(by_mode[mode], limit, diameter_m, size, label))
+        for mode in MODES
+        if mode in by_mode
+    )
+
+
 def _curves_by_mode(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     """One panel for each mode, on one enlarged axis."""
     by_mode = {mode: _run_curves([run for run in runs if run.mode == mode], marked=True) for mode in MODES}
     D = runs[0].manifest.robot_diameter
     limit = enlarged_limit([curve for curves in by_mode.values() for curve in curves], D)
     return tuple(
-        CurvePanel(words.mode(mode).capitalize(), mode, curve_figure(curves, limit, D, (440.0, 310.0)))
+        CurvePanel(words.mode(mode).capitalize(), mode, curve_figure(curves, limit, D, _PANEL_SIZE))
         for mode, curves in by_mode.items()
         if curves
     )
