@@ -11,6 +11,7 @@ The command line does the same with the same words. docs/python.md shows each fu
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +26,7 @@ from taskslam.evaluation.evaluate import evaluate_runs, load_metrics
 from taskslam.evaluation.gate import DEFAULT_RULES, GateReport, judge, parse_rules
 from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
 from taskslam.evaluation.metrics_file import write_metrics as _write_metrics
+from taskslam.evaluation.quantities import quantities
 from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.scenario import load_scenario
@@ -138,6 +140,12 @@ class Results:
         )  # fmt: skip
 
     @cached_property
+    def metrics(self) -> Table:
+        """One row a run: every quantity in SI units and the ends of its 95 % interval; NaN where it is not defined."""
+        names = [name for one in quantities() for name in (one.key, f"{one.key}_low", f"{one.key}_high")]
+        return Table.of_rows((*_KEY, *names), (_measured(run) for run in self.file.runs))
+
+    @cached_property
     def arrivals(self) -> Table:
         """One row an arrival in a round that counts: metres and radians in `map`, NaN where a pose is not known.
 
@@ -149,6 +157,16 @@ class Results:
 
 _KEY = ("scenario", "method", "mode", "seed")
 _POSES, _POSE = ("target", "truth", "estimate", "odometry"), ("x", "y", "theta")
+
+
+def _measured(run: RunMetrics) -> tuple[object, ...]:
+    found = [run.quantities[one.key] for one in quantities()]
+    numbers = [_number(number) for of in found for number in (of.value, of.low, of.high)]
+    return (run.scenario, run.method, run.mode, run.seed, *numbers)
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
 
 
 def _arrivals(run: RunMetrics) -> Iterator[tuple[object, ...]]:

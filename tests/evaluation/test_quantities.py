@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from guide import snippets
 from taskslam.errors import InputError
 from taskslam.evaluation import evaluate_runs, write_metrics
 from taskslam.evaluation.gate import judge, parse_rules
@@ -88,29 +89,14 @@ def test_runs_of_two_behaviour_versions_are_neither_pooled_nor_compared(run):
         judge([one], [other], parse_rules("completeness:-0"))
 
 
-TOY = """
-from taskslam.evaluation.quantity import Dimension, Quantity, WorseIs, mean_over_complete
-
-
-def farthest(waypoint):
-    return max((abs(visit.truth[0] - waypoint.target[0]) for visit in waypoint.arrivals if visit.truth), default=None)
-
-
-FARTHEST = Quantity(
-    key="farthest_x", symbol="X", words="farthest arrival from the goal along x", dimension=Dimension.LENGTH,
-    worse_is=WorseIs.MORE, of_runs=mean_over_complete(farthest), of_waypoint=farthest,
-)
-BROKEN = 3
-"""
-
-
 @pytest.fixture
 def toy(register, tmp_path_factory, monkeypatch):
     """A package from outside with a quantity."""
 
     def make(**points):
         site = tmp_path_factory.mktemp("site")
-        (site / "toy_quantities.py").write_text(TOY)
+        (code,) = snippets("Add a quantity")
+        (site / "toy_quantities.py").write_text(f"{code}\nBROKEN = 3\n")
         register(site, "toy-quantities", "1.0", {"taskslam.quantities": points})
         monkeypatch.syspath_prepend(str(site))
 
@@ -118,22 +104,22 @@ def toy(register, tmp_path_factory, monkeypatch):
 
 
 def test_a_quantity_from_outside_is_in_metrics_json_and_in_the_gate(toy, scattered, tmp_path):
-    toy(farthest_x="toy_quantities:FARTHEST")
+    toy(farthest="toy_quantities:FARTHEST")
     scattered("a", 0.02)
     (run,) = evaluate_runs([tmp_path]).runs
-    at = [waypoint.quantities["farthest_x"] for waypoint in run.waypoints]
-    assert run.quantities["farthest_x"].value == pytest.approx(sum(at) / len(at))
-    assert 0.01 < run.quantities["farthest_x"].value < 0.1
-    assert quantity("farthest_x").dimension is Dimension.LENGTH
-    (finding,) = judge([run], [run], parse_rules("farthest_x:+1cm")).findings
-    assert (finding.metric, finding.status) == ("farthest_x", "fine")
+    at = [waypoint.quantities["farthest"] for waypoint in run.waypoints]
+    assert run.quantities["farthest"].value == pytest.approx(sum(at) / len(at))
+    assert 0.01 < run.quantities["farthest"].value < 0.1
+    assert quantity("farthest").dimension is Dimension.LENGTH
+    (finding,) = judge([run], [run], parse_rules("farthest:+1cm")).findings
+    assert (finding.metric, finding.status) == ("farthest", "fine")
 
 
 @pytest.mark.parametrize(
     ("points", "words"),
     [
-        ({"farthest_x": "toy_quantities:NOTHING"}, "quantity 'farthest_x' .* cannot be loaded"),
-        ({"farthest_x": "toy_quantities:BROKEN"}, "expected a Quantity whose key bears this name"),
+        ({"farthest": "toy_quantities:NOTHING"}, "quantity 'farthest' .* cannot be loaded"),
+        ({"farthest": "toy_quantities:BROKEN"}, "expected a Quantity whose key bears this name"),
         ({"nearest": "toy_quantities:FARTHEST"}, "expected a Quantity whose key bears this name"),
     ],
 )

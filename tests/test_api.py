@@ -1,0 +1,42 @@
+"""What is public is listed once, documented and light to import."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import taskslam
+from taskslam import api
+from taskslam.errors import InputError
+
+PAGE = Path(__file__).parents[1] / "docs" / "python.md"
+
+
+def test_what_is_public_is_listed_documented_and_on_the_page() -> None:
+    assert sorted([*api.__all__, "__version__"]) == sorted(taskslam.__all__)
+    page = PAGE.read_text(encoding="utf-8")
+    for name in api.__all__:
+        assert getattr(taskslam, name) is getattr(api, name)
+        assert getattr(api, name).__doc__
+        assert f"`{name}`" in page, name
+
+
+def test_importing_it_loads_nothing_until_it_is_used() -> None:
+    code = "import sys, taskslam; print(sorted(m for m in sys.modules if m.startswith(('taskslam', 'numpy'))))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "['taskslam', 'taskslam.version']"
+
+
+def test_a_wrong_name_lists_what_there_is() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'laod'; it has .*load"):
+        taskslam.laod  # noqa: B018
+
+
+def test_wrong_words_are_one_sentence() -> None:
+    with pytest.raises(InputError, match=r"mode 'with map': expected .* Did you mean 'with-map'"):
+        taskslam.tour("house", "karto", mode="with map")
+    with pytest.raises(InputError, match="latency 'slow': expected fixed"):
+        taskslam.tour("house", "karto", latency="slow")
