@@ -15,3 +15,15 @@ def test_the_site_builds_without_a_warning(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "site" / "tutorial" / "index.html").exists()
+
+
+def test_lines_of_the_documentation_can_be_read_in_an_editor():
+    """At most 160 columns, but for tables and code, which cannot be broken."""
+    long = []
+    for page in [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")]:
+        in_code = False
+        for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+            in_code ^= line.lstrip().startswith("```")
+            if not in_code and not line.startswith("|") and len(line) > 160:
+                long.append(f"{page.name}:{number}")
+    assert long == []
