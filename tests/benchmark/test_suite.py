@@ -164,3 +164,6 @@ def test_a_place_that_has_changed_since_the_plan_is_refused(small_suite: Path, t
     (result,) = LocalEngine().run([other], tmp_path / "out", Watcher())
     assert result.ending is Ending.REFUSED
     assert "the world found here is not the one of the run" in result.detail
+    broken = spec.model_copy(update={"method": "no_such_module:Method"})
+    (result,) = LocalEngine().run([broken], tmp_path / "out", Watcher())
+    assert (result.ending, "no module 'no_such_module'" in result.detail) == (Ending.REFUSED, True)

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from taskslam.files import write_whole, writing
 from taskslam.lab.lab_file import Lab
-from taskslam.lab.tour import Tour
+from taskslam.lab.tour import RelivedTour
 from taskslam.measurements import NANOSECONDS
 from taskslam.mode import Mode
 from taskslam.realworld.cameras.camera_files import save_camera
@@ -25,7 +25,7 @@ OVERHEAD, UP, TRIALS, CALIBRATION, TRUTH = "overhead", "up", "trials", "calibrat
 OUTSIDE_IN, INSIDE_OUT = "outside_in.yaml", "inside_out.yaml"
 
 
-def trial_of(tour: Tour, round_number: int) -> tuple[int, int]:
+def trial_of(tour: RelivedTour, round_number: int) -> tuple[int, int]:
     """Trial and loop of a round: without map every round is a trial, with map all are loops of one (protocol 1.6)."""
     return (0, round_number) if tour.record.manifest.mode is Mode.WITH_MAP else (round_number, 0)
 
@@ -35,7 +35,7 @@ def trial_folder(out: Path, trial: int) -> Path:
     return out / TRIALS / f"trial{trial}"
 
 
-def write_logs(tour: Tour, lab: Lab, out: Path) -> None:
+def write_logs(tour: RelivedTour, lab: Lab, out: Path) -> None:
     """`visited_waypoints.txt`, `visited_waypoints_nav_info.txt` and `planned_waypoints.txt` of every trial."""
     goals = tour.record.manifest.goals
     for trial in sorted({trial_of(tour, number)[0] for number in tour.motions}):
@@ -61,7 +61,7 @@ def unix(lab: Lab, time: float) -> float:
     return lab.time_zero + time
 
 
-def write_setups(tour: Tour, lab: Lab, out: Path) -> list[Path]:
+def write_setups(tour: RelivedTour, lab: Lab, out: Path) -> list[Path]:
     """Calibrations, and the setup files that `taskslam measure` reads; the paths of the latter."""
     with writing(out / CALIBRATION):
         (out / CALIBRATION).mkdir(parents=True, exist_ok=True)
@@ -121,7 +121,7 @@ def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[objec
             table.writerows(rows)
 
 
-def write_truth(tour: Tour, lab: Lab, out: Path) -> None:
+def write_truth(tour: RelivedTour, lab: Lab, out: Path) -> None:
     """Where the robot stood at every arrival, and where the cameras hang."""
     rows = []
     for arrival in tour.arrivals:

@@ -47,7 +47,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Tour:
+class RelivedTour:
     """arrivals: in time order; motions: of every round begun; priming: rounds that only built the map."""
 
     record: RunRecord
@@ -56,7 +56,7 @@ class Tour:
     priming: frozenset[int]
 
 
-def relive(record: RunRecord, sway: Sway, seed: int) -> Tour:
+def relive(record: RunRecord, sway: Sway, seed: int) -> RelivedTour:
     """The tour of a finished run.
 
     Raises:
@@ -68,7 +68,7 @@ def relive(record: RunRecord, sway: Sway, seed: int) -> Tour:
     numbers = sorted({arrival.round for arrival in arrivals})
     motions = {number: Motion(record, number, sway, seed) for number in numbers}
     priming = frozenset(started.round for started in record.rounds() if started.priming)
-    return Tour(record, arrivals, motions, priming)
+    return RelivedTour(record, arrivals, motions, priming)
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,14 @@ class Kept:
 
 
 def shutters(
-    tour: Tour, goals: Iterable[int], rate: float, before: float, after: float, dropped: float, seed: int, name: str
+    tour: RelivedTour,
+    goals: Iterable[int],
+    rate: float,
+    before: float,
+    after: float,
+    dropped: float,
+    seed: int,
+    name: str,
 ) -> list[Shutter]:
     """When camera `name` takes pictures around arrivals at `goals` (from 0), in time order; some frames are lost."""
     wanted = frozenset(goals)

@@ -35,7 +35,7 @@ from taskslam.lab.lab_file import Lab, LabOverheadCamera
 from taskslam.lab.lens import Backdrop, backdrop, covering_pinhole, natural_vignetting, pixel_corners
 from taskslam.lab.robot import robot_cylinders
 from taskslam.lab.shot import Development, develop_photo, gain_for, jpeg, soften
-from taskslam.lab.tour import Kept, Shutter, Tour, relive, shutters
+from taskslam.lab.tour import Kept, RelivedTour, Shutter, relive, shutters
 from taskslam.observer import Observer
 from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.setup_file import BundleTag, Place
@@ -103,7 +103,7 @@ def photograph(
     return write_setups(tour, lab, out)
 
 
-def outside_in(tour: Tour, scene: Scene, robot: Robot, lab: Lab, camera: LabOverheadCamera) -> Iterator[Picture]:
+def outside_in(tour: RelivedTour, scene: Scene, robot: Robot, lab: Lab, camera: LabOverheadCamera) -> Iterator[Picture]:
     """What one camera overhead photographs and its recorder keeps, in time order."""
     tag = lab.tag
     assert tag is not None
@@ -129,7 +129,7 @@ def outside_in(tour: Tour, scene: Scene, robot: Robot, lab: Lab, camera: LabOver
         yield Picture(shutter, (tag.id,), corners, jpeg(image, photo.quality))
 
 
-def inside_out(tour: Tour, world: World, lab: Lab) -> Iterator[Picture]:
+def inside_out(tour: RelivedTour, world: World, lab: Lab) -> Iterator[Picture]:
     """What the camera on the robot photographs and its recorder keeps, in time order."""
     ceiling = lab.ceiling
     assert ceiling is not None

@@ -30,6 +30,7 @@ from taskslam.datasets.trajectory_files import split_topic
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.studies.replayed_sequences import replayed_sequences
+from taskslam.task import Positive, TaskUnits
 from taskslam.user_files import read_model
 
 _RUN_NUMBER = re.compile(r"(?:[_.-]?(?:run|round|trial|loop)[_-]?|[_.-])\d+$|^\d+$", re.IGNORECASE)
@@ -63,11 +64,10 @@ class MethodSettings(_Part):
     align: Alignment
 
 
-class TaskUnits(_Part):
+class StudyUnits(TaskUnits):
     """The paper's units for EuRoC (protocol 5.5): robot diameter D in metres, field of view in degrees."""
 
-    robot_diameter: float = Field(default=0.30, gt=0)
-    field_of_view: float = Field(default=70.0, gt=0)
+    field_of_view: Positive = 70.0
 
 
 class Study(_Part):
@@ -75,7 +75,7 @@ class Study(_Part):
 
     sequences: dict[str, SequenceRuns] = Field(min_length=1)
     methods: dict[str, MethodSettings] = {}
-    units: TaskUnits = TaskUnits()
+    units: StudyUnits = StudyUnits()
 
     def alignment(self, method: str, default: Alignment) -> Alignment:
         """A method's own alignment, or the default."""

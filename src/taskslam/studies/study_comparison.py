@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 from taskslam.evaluation.trajectory_precision import frame_accuracy, frame_precision, published_frame_precision
 from taskslam.geometry import FloatArray
 from taskslam.record.trajectories import SpatialTrajectory
-from taskslam.studies.study_results import Beaten, FrameSet, MethodResult, PublishedPrecision, Ratio, Verdict
+from taskslam.studies.study_results import Beaten, FrameSet, MethodSummary, PublishedPrecision, Ratio, Verdict
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ def _log_ratios(frames: FrameSet) -> tuple[float, float] | None:
     return math.log(e / unbiased), math.log(delta / (Delta * unbiased / E))
 
 
-def verdict_of(results: Sequence[MethodResult]) -> Verdict:
+def verdict_of(results: Sequence[MethodSummary]) -> Verdict:
     """Over all results that have both precision and accuracy."""
     positions = [result.position for result in results if result.position is not None]
     orientations = [result.orientation for result in results if result.orientation is not None]

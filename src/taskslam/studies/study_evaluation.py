@@ -33,7 +33,7 @@ from taskslam.studies.study_results import (
     FEW_FRAMES,
     ErrorStatistics,
     LeftOutRun,
-    MethodResult,
+    MethodSummary,
     OpenLoopResults,
     RelativeErrors,
     RunResult,
@@ -52,7 +52,7 @@ class Settings:
 
 def evaluate_study(study: Study, settings: Settings) -> OpenLoopResults:
     """Evaluate all that can be; what cannot is named in `left_out`. Raises TrajectoryError if nothing can be."""
-    results: list[MethodResult] = []
+    results: list[MethodSummary] = []
     left_out: list[LeftOutRun] = []
     frames: dict[str, int] = {}
     for name, sequence in study.sequences.items():
@@ -122,12 +122,12 @@ def _method_result(
     frames: int,
     truth: SpatialTrajectory,
     settings: Settings,
-) -> MethodResult:
+) -> MethodSummary:
     table = common_frames([run.aligned.stamps for run in runs])
     common, shared = common_set(runs, table), shared_set(runs, table)
     frame_set = common_set if common.share >= FEW_FRAMES else shared_set
     position, orientation = accuracy_over_precision(runs, table, frame_set)
-    return MethodResult(
+    return MethodSummary(
         sequence=sequence,
         method=method,
         alignment=alignment,

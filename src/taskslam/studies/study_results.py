@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict
 
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.files import write_whole
-from taskslam.studies.study import TaskUnits
+from taskslam.studies.study import StudyUnits
 
 FEW_FRAMES = 0.1  # of all frames that any run of the method has
 
@@ -106,7 +106,7 @@ class Ratio(_Part):
     high: float | None
 
 
-class MethodResult(_Part):
+class MethodSummary(_Part):
     """One method on one sequence. common: frames that all runs have; shared: frames that at least two runs have.
 
     position, orientation: e over E and delta over Delta on `compared_frames`.
@@ -167,11 +167,11 @@ class OpenLoopResults(_Part):
     """The content of open_loop.json. frames: of each sequence; counted: said by the study, not seen in the runs."""
 
     format: Literal["taskslam-open-loop/1"] = OPEN_LOOP_FORMAT
-    units: TaskUnits
+    units: StudyUnits
     max_difference_s: float
     frames: dict[str, int]
     counted: dict[str, bool]
-    results: tuple[MethodResult, ...]
+    results: tuple[MethodSummary, ...]
     verdict: Verdict
     left_out: tuple[LeftOutRun, ...] = ()
 
@@ -188,7 +188,7 @@ def write_results(folder: Path, results: OpenLoopResults) -> list[Path]:
     return [folder / name for name in contents]
 
 
-def _sequence_row(result: MethodResult, units: TaskUnits) -> dict[str, object]:
+def _sequence_row(result: MethodSummary, units: StudyUnits) -> dict[str, object]:
     row: dict[str, object] = {
         "sequence": result.sequence, "method": result.method, "alignment": result.alignment.value,
         "runs": len(result.runs),
@@ -206,7 +206,7 @@ def _sequence_row(result: MethodResult, units: TaskUnits) -> dict[str, object]:
     return row
 
 
-def _run_row(result: MethodResult, run: RunResult) -> dict[str, object]:
+def _run_row(result: MethodSummary, run: RunResult) -> dict[str, object]:
     row: dict[str, object] = {"sequence": result.sequence, "method": result.method, "alignment": result.alignment.value}
     row |= run.model_dump(include={"file", "poses", "associated", "completeness", "time_covered", "scale"})
     row |= {f"ate_{name}_m": value for name, value in run.ate_m.model_dump().items()}

@@ -2,8 +2,8 @@ import pytest
 
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.report.figures.open_loop import open_loop_figure
-from taskslam.studies.study import TaskUnits
-from taskslam.studies.study_results import Beaten, FrameSet, MethodResult, OpenLoopResults, RunResult, Verdict
+from taskslam.studies.study import StudyUnits
+from taskslam.studies.study_results import Beaten, FrameSet, MethodSummary, OpenLoopResults, RunResult, Verdict
 
 
 def frames(share, precision, accuracy):
@@ -25,7 +25,7 @@ def result(sequence, method, share):
         ate_m=errors,
         rotation_rad=errors,
     )
-    return MethodResult(
+    return MethodSummary(
         sequence=sequence, method=method, alignment=Alignment.SE3, runs=(run, run), position=None, orientation=None,
         common=frames(share, 0.1, 0.2), shared=frames(0.5, 0.04, 0.2),
     )  # fmt: skip
@@ -35,7 +35,7 @@ def result(sequence, method, share):
 def results():
     beaten = Beaten(results=0, clearly=0, ratio=None)
     return OpenLoopResults(
-        units=TaskUnits(), max_difference_s=0.01, frames={"A": 100}, counted={"A": True},
+        units=StudyUnits(), max_difference_s=0.01, frames={"A": 100}, counted={"A": True},
         results=(result("A", "full", 0.9), result("A", "keyframes", 0.01)),
         verdict=Verdict(compared=0, position=beaten, orientation=beaten),
     )  # fmt: skip

@@ -5,7 +5,8 @@ import pytest
 
 from taskslam.evaluation.curves import cumulative_precision
 from taskslam.report.markers import Style
-from taskslam.report.page.curve_figure import Curve, _tick, curve_figure, enlarged_limit, step_corners
+from taskslam.report.page.curve_figure import Curve, _tick, curve_figure, enlarged_limit
+from taskslam.report.step_curve import step_corners
 
 BLACK = Style("#000", 0)
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import gaussian_kde
 
+from taskslam.report.kernel_density import kernel_density
 from taskslam.report.log_axis import LogAxis, log_axis
-from taskslam.report.page.violin_figure import kernel_density, violin_strip
+from taskslam.report.page.violin_figure import violin_strip
 
 AXIS = LogAxis(0.001, 1.0)
 

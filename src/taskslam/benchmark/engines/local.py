@@ -15,7 +15,7 @@ from threading import Lock
 from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.run import finished_run
 from taskslam.benchmark.spec import RunSpec, run_folder
-from taskslam.errors import MethodUnavailableError, RecordError
+from taskslam.errors import InputError, MethodUnavailableError, RecordError
 from taskslam.slam.registry import load_method
 
 _ENDINGS = {0: Ending.COMPLETE, 1: Ending.INCOMPLETE, 2: Ending.REFUSED}
@@ -72,6 +72,8 @@ def _without_driving(spec: RunSpec, out: Path) -> Result | None:
         load_method(spec.method)
     except MethodUnavailableError:
         return Result(spec.title, Ending.UNAVAILABLE, f"{spec.method}: its package is not installed", spec)
+    except InputError as error:
+        return Result(spec.title, Ending.REFUSED, str(error), spec)
     return None
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from taskslam.geometry import FloatArray
 from taskslam.report.figures.bars import KeyLine, Row
 from taskslam.report.figures.panels import Legend, figure_with_panels
-from taskslam.report.figures.scales import Measure, Scale, Units, add_grid, scale_of, set_axis
+from taskslam.report.figures.scales import Measure, Scale, UnitSystem, add_grid, scale_of, set_axis
 from taskslam.report.figures.style import (
     NORMAL,
     Width,
@@ -22,7 +22,7 @@ from taskslam.report.figures.style import (
 )
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
-from taskslam.report.page.curve_figure import step_corners
+from taskslam.report.step_curve import step_corners
 
 _SIDES = (0.42, 0.12)  # in: left and right of a panel, for its ticks and labels
 _LEVELS = (0.5, 0.3, 0.7)  # of its own rise: where a curve bears its marker, in turn
@@ -67,7 +67,7 @@ def cumulative_figure(
     quantity: Measure,
     limit: float,
     width: Width,
-    units: Units,
+    units: UnitSystem,
     labels: Labels = WAYPOINTS,
 ) -> Figure:
     """Draw a panel for each mode on one scale, and beside or below them the rows of what the curves amount to.
@@ -94,7 +94,7 @@ def steps(curve: Curve, scale: Scale) -> FloatArray:
     return step_corners(curve.precisions, curve.planned, scale.low, scale.high) * [1.0, 100.0]
 
 
-def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Measure, units: Units, labels: Labels) -> None:
+def _draw_panel(axes: Axes, panel: Panel, scale: Scale, quantity: Measure, units: UnitSystem, labels: Labels) -> None:
     set_axis(axes, "x", scale, quantity, units, labels.along)
     axes.set_ylim(0, 103)
     axes.set_yticks([0, 25, 50, 75, 100])

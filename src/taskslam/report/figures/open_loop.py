@@ -15,7 +15,7 @@ from taskslam.report.figures.precision_accuracy import Panel, Point, precision_a
 from taskslam.report.figures.scales import Measure, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.markers import Style, method_styles
-from taskslam.studies.study_results import MethodResult, OpenLoopResults
+from taskslam.studies.study_results import MethodSummary, OpenLoopResults
 
 
 def open_loop_figure(results: OpenLoopResults, width: Width) -> Figure:
@@ -36,11 +36,11 @@ def open_loop_figure(results: OpenLoopResults, width: Width) -> Figure:
     return precision_accuracy_figure(panels, rows, key if hollow else [], width, "metric")
 
 
-def _filled(result: MethodResult) -> bool:
+def _filled(result: MethodSummary) -> bool:
     return result.compared_frames is result.common
 
 
-def _point(result: MethodResult, style: Style, quantity: Measure) -> Point:
+def _point(result: MethodSummary, style: Style, quantity: Measure) -> Point:
     """E as the paper has it; on frames of some runs corrected for how many these are, or they would look too good."""
     frames = result.compared_frames
     in_cm = quantity.unit == "cm"

@@ -18,7 +18,7 @@ from taskslam.report.figures import cumulative, violins
 from taskslam.report.figures.arrivals import arrivals_figure
 from taskslam.report.figures.bars import DARK, LIGHT, Bar, KeyLine, Row
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure, scatter_scale, tags_of
-from taskslam.report.figures.scales import Measure, Units, orientation, position
+from taskslam.report.figures.scales import Measure, UnitSystem, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.figures.trajectories import trajectory_figure
 from taskslam.report.markers import Style
@@ -26,7 +26,7 @@ from taskslam.report.results import MODES, MethodResult, Results, Run
 from taskslam.report.tables.columns import interval_of, quantity_text
 
 
-def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
+def paper_figures(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
     """Each figure with the name of its file, without an ending."""
     yield from _precision_accuracy(results, width, units)
     yield "cumulative_precision", _cumulative(results, width, units)
@@ -38,7 +38,7 @@ def paper_figures(results: Results, width: Width, units: Units) -> Iterator[tupl
         yield f"runs/trajectories_{name}", trajectory_figure(run.record, run.metrics, title, width)
 
 
-def _precision_accuracy(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
+def _precision_accuracy(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
     """A figure for each mode, on scales shared between modes."""
     by_mode = {mode: _panels(results.in_mode(mode), results) for mode in results.modes}
     scales = [
@@ -87,7 +87,7 @@ def _means(result: MethodResult, quantity: Measure) -> tuple[float | None, float
     return result.pooled.orientation.precision_rad, result.pooled.orientation.accuracy_rad
 
 
-def _cumulative(results: Results, width: Width, units: Units) -> Figure:
+def _cumulative(results: Results, width: Width, units: UnitSystem) -> Figure:
     curves = {
         (result.label, result.mode): (result.pooled.precisions_m, result.pooled.planned_waypoints)
         for result in results.pooled
@@ -99,7 +99,7 @@ def _cumulative(results: Results, width: Width, units: Units) -> Figure:
     )
 
 
-def _success(results: Results, width: Width, units: Units) -> Figure:
+def _success(results: Results, width: Width, units: UnitSystem) -> Figure:
     found = {
         (result.label, result.mode): success_curve([run.metrics for run in result.runs], result.missing)
         for result in results.pooled
@@ -117,7 +117,7 @@ def _steps(
     what: str,
     labels: cumulative.Labels,
     width: Width,
-    units: Units,
+    units: UnitSystem,
 ) -> Figure:
     """Step curves of methods by mode, and beside them the quantity that they amount to. curves: values and planned."""
     methods = results.methods
@@ -171,7 +171,7 @@ def _steps(
     )  # fmt: skip
 
 
-def _violins(results: Results, width: Width, units: Units) -> Iterator[tuple[str, Figure]]:
+def _violins(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
     quantity = position(results.units.diameter_m)
     for what, letter in (("precision", quantity.precision), ("accuracy", quantity.accuracy)):
         rows = [

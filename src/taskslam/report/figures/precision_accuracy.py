@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from taskslam.report.figures.bars import KeyLine, Row
 from taskslam.report.figures.panels import Legend, figure_with_panels
-from taskslam.report.figures.scales import Measure, Scale, Units, add_grid, add_parity, scale_of, set_axis
+from taskslam.report.figures.scales import Measure, Scale, UnitSystem, add_grid, add_parity, scale_of, set_axis
 from taskslam.report.figures.style import Width, marker_style, printed, say_empty
 from taskslam.report.figures.tags import add_tags
 from taskslam.report.markers import Style
@@ -52,7 +52,7 @@ def precision_accuracy_figure(
     rows: Sequence[Row],
     key: Sequence[KeyLine],
     width: Width,
-    units: Units,
+    units: UnitSystem,
     scales: Sequence[Scale] | None = None,
 ) -> Figure:
     """Draw a panel for each quantity; rows and key beside them, or below if they are many. scales: else from points."""
@@ -79,7 +79,9 @@ def scatter_scale(points: Sequence[Point]) -> Scale:
     return scale_of(values)
 
 
-def draw_precision_accuracy(axes: Axes, points: Sequence[Point], scale: Scale, quantity: Measure, units: Units) -> None:
+def draw_precision_accuracy(
+    axes: Axes, points: Sequence[Point], scale: Scale, quantity: Measure, units: UnitSystem
+) -> None:
     """Draw one panel: precision upwards over accuracy rightwards."""
     set_axis(axes, "x", scale, quantity, units, f"accuracy {quantity.accuracy}")
     set_axis(axes, "y", scale, quantity, units, f"precision {quantity.precision}")

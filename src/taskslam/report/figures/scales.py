@@ -18,7 +18,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 from taskslam.report import palette
 from taskslam.report.log_axis import log_axis
 
-Units: TypeAlias = Literal["metric", "task"]
+UnitSystem: TypeAlias = Literal["metric", "task"]
 Direction: TypeAlias = Literal["x", "y"]
 
 _LINEAR_RANGE = 8.0  # values within this factor share a linear axis
@@ -75,7 +75,7 @@ class Scale:
         """The value, or the end of the axis that it lies beyond."""
         return min(max(value, self.low), self.high)
 
-    def ticks(self, quantity: Measure, units: Units, most: int = _MOST_TICKS) -> list[tuple[float, str]]:
+    def ticks(self, quantity: Measure, units: UnitSystem, most: int = _MOST_TICKS) -> list[tuple[float, str]]:
         """Round numbers and where they stand; none for a task unit of unknown size."""
         size = 1.0 if units == "metric" else quantity.size
         if size is None:
@@ -105,13 +105,13 @@ def scale_of(values: Sequence[float], least: float = 0.0) -> Scale:
     return Scale(0.0, math.ceil(1.06 * top / step - 1e-9) * step, False)
 
 
-def set_axis(axes: Axes, direction: Direction, scale: Scale, quantity: Measure, units: Units, what: str) -> None:
+def set_axis(axes: Axes, direction: Direction, scale: Scale, quantity: Measure, units: UnitSystem, what: str) -> None:
     """Give an axis its scale, ticks and label in the chosen units, and the other units on the opposite side.
 
     what: what the axis shows, such as `accuracy e`. Where the task's unit has no one size, metric units stand alone.
     """
     known = quantity.size is not None
-    main: Units = units if known else "metric"
+    main: UnitSystem = units if known else "metric"
     if direction == "x":
         axes.set_xscale("log" if scale.log else "linear")
         axes.set_xlim(scale.low, scale.high)
@@ -151,11 +151,11 @@ def _set_ticks(axis: Axis, ticks: Sequence[tuple[float, str]]) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-def _unit_label(quantity: Measure, units: Units) -> str:
+def _unit_label(quantity: Measure, units: UnitSystem) -> str:
     return quantity.unit if units == "metric" else quantity.task_label
 
 
-def _other(units: Units) -> Units:
+def _other(units: UnitSystem) -> UnitSystem:
     return "task" if units == "metric" else "metric"
 
 

@@ -19,10 +19,10 @@ from matplotlib.patches import Patch
 from taskslam.mode import Mode
 from taskslam.report import palette
 from taskslam.report.figures.lettering import fitting_names
-from taskslam.report.figures.scales import Measure, Scale, Units, scale_of, set_axis
+from taskslam.report.figures.scales import Measure, Scale, UnitSystem, scale_of, set_axis
 from taskslam.report.figures.style import WIDTHS, Width, add_axes, marker_style, new_figure, printed
+from taskslam.report.kernel_density import kernel_density
 from taskslam.report.markers import Style
-from taskslam.report.page.violin_figure import kernel_density
 
 _ROW, _TOP, _BOTTOM, _EDGE = 0.27, 0.72, 0.36, 0.06  # in
 _LEAST = 3  # values; fewer have no shape worth drawing
@@ -48,7 +48,7 @@ class ViolinRow:
 
 @printed
 def violin_figure(
-    rows: Sequence[ViolinRow], quantity: Measure, units: Units, what: str, width: Width, modes: Sequence[str]
+    rows: Sequence[ViolinRow], quantity: Measure, units: UnitSystem, what: str, width: Width, modes: Sequence[str]
 ) -> Figure:
     """Draw one row for each method, from the most complete down. what: such as `precision E`; modes: that were run."""
     scale = scale_of([value for row in rows for value in (*row.without, *row.with_map)])

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
-from taskslam.geometry import FloatArray
 from taskslam.mode import Mode
 from taskslam.report import palette
 from taskslam.report.markers import Style, draw_marker
+from taskslam.report.step_curve import step_corners
 from taskslam.report.svg import Svg
 
 _LEFT, _TOP, _RIGHT, _BOTTOM = 46.0, 34.0, 20.0, 44.0
@@ -88,16 +87,6 @@ def _tick(limit: float) -> float:
         if parts <= 8 + 1e-9 and abs(parts - round(parts)) < 1e-9:
             return centimetres / 100
     return limit / 4
-
-
-def step_corners(values: Sequence[float], planned: int, low: float, high: float) -> FloatArray:
-    """(K, 2) corners of the step curve from low to high: a value, and the share of `planned` values up to it."""
-    corners, share = [(low, 0.0)], 0.0
-    for count, value in enumerate(sorted(value for value in values if value < high), start=1):
-        at = max(value, low)
-        corners += [(at, share), (at, count / planned)]
-        share = count / planned
-    return np.array([*corners, (high, share)])
 
 
 def _draw_axes(

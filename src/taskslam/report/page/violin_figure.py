@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from markupsafe import Markup
 
-from taskslam.geometry import FloatArray
 from taskslam.mode import Mode
 from taskslam.report import palette
+from taskslam.report.kernel_density import kernel_density
 from taskslam.report.log_axis import FLOOR, LogAxis
 from taskslam.report.svg import Svg
 
@@ -22,19 +21,6 @@ _LEAST = 3  # values; fewer have no shape worth drawing
 _POINTS = 60
 MOST_TICKS = 11
 _STEADY = {"vector_effect": "non-scaling-stroke"}  # the strip is stretched, its lines are not
-
-
-def kernel_density(values: npt.ArrayLike, at: npt.ArrayLike) -> FloatArray:
-    """(G,) Gaussian kernel density of (N,) values at (G,) places, with Scott's bandwidth, s N^(-1/5) in one dimension.
-
-    Scott, "Multivariate Density Estimation" (1992). Raises ValueError for fewer than two values or all alike.
-    """
-    sample = np.asarray(values, dtype=np.float64)
-    if len(sample) < 2 or np.ptp(sample) == 0:
-        raise ValueError("a density needs values that differ; expected at least two")
-    bandwidth = sample.std(ddof=1) * len(sample) ** (-1 / 5)
-    z = (np.asarray(at, dtype=np.float64)[:, None] - sample[None, :]) / bandwidth
-    return np.asarray(np.exp(-0.5 * z**2).sum(axis=1) / (len(sample) * bandwidth * np.sqrt(2 * np.pi)))
 
 
 def violin_strip(without: Sequence[float], with_map: Sequence[float], axis: LogAxis, colour: str, name: str) -> Markup:
