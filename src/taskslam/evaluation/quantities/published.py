@@ -12,7 +12,6 @@ COMPLETENESS = Quantity(
     dimension=Dimension.SHARE,
     worse_is=WorseIs.LESS,
     of_runs=pooled_completeness,
-    of_waypoint=lambda waypoint: float(waypoint.complete),
     interval=lambda _, sure: sure.completeness,
     judged=Judged.EVENT,
     fair=False,
