@@ -14,6 +14,7 @@ MAIN = [
     "success_within_tolerance",
     "violins_precision",
     "violins_accuracy",
+    "quantities",
 ]
 
 

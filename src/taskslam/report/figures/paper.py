@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.metrics_file import Interval
+from taskslam.evaluation.quantities import quantities
 from taskslam.evaluation.quantities.area import EXACT
 from taskslam.evaluation.quantities.success import SUCCESS, success_curve
 from taskslam.evaluation.quantity import Quantity
@@ -17,13 +18,14 @@ from taskslam.report import cards, palette, words
 from taskslam.report.figures import cumulative, violins
 from taskslam.report.figures.arrivals import arrivals_figure
 from taskslam.report.figures.bars import DARK, LIGHT, Bar, KeyLine, Row
+from taskslam.report.figures.every_quantity import Mark, QuantityPanel, quantity_figure
 from taskslam.report.figures.precision_accuracy import Panel, Point, precision_accuracy_figure, scatter_scale, tags_of
 from taskslam.report.figures.scales import Measure, UnitSystem, orientation, position
 from taskslam.report.figures.style import Width
 from taskslam.report.figures.trajectories import trajectory_figure
 from taskslam.report.markers import Style
 from taskslam.report.results import MODES, MethodResult, Results, Run
-from taskslam.report.tables.columns import interval_of, quantity_text
+from taskslam.report.tables.columns import interval_of, quantity_heading, quantity_text
 
 
 def paper_figures(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
@@ -32,6 +34,7 @@ def paper_figures(results: Results, width: Width, units: UnitSystem) -> Iterator
     yield "cumulative_precision", _cumulative(results, width, units)
     yield "success_within_tolerance", _success(results, width, units)
     yield from _violins(results, width, units)
+    yield "quantities", _every_quantity(results, width)
     for run, name in zip(results.runs, _run_names(results.runs), strict=True):
         title = f"{run.name}, {run.metrics.scenario}" if len(results.scenarios) > 1 else run.name
         yield f"runs/arrivals_{name}", _arrivals(run, title, width)
@@ -169,6 +172,30 @@ def _steps(
         panels, rows, [*key, *sensor_key([method.results[0] for method in methods])], heading, axis, limit, width,
         units, labels,
     )  # fmt: skip
+
+
+def _every_quantity(results: Results, width: Width) -> Figure:
+    methods = results.methods
+    panels = []
+    for of in quantities():
+        factor = of.dimension.value.factor
+        marks = []
+        for method in methods:
+            found = [(result.mode, result.quantities[of.key]) for result in method.results]
+            marks.append(
+                [
+                    Mark(factor * one.value, _times(factor, one.low), _times(factor, one.high), mode == Mode.WITH_MAP)
+                    for mode, one in found
+                    if one.value is not None
+                ]
+            )
+        panels.append(QuantityPanel(quantity_heading(of), marks))
+    modes = [words.mode(mode) for mode in results.modes]
+    return quantity_figure([m.label for m in methods], [m.style for m in methods], panels, modes, width)
+
+
+def _times(factor: float, value: float | None) -> float | None:
+    return None if value is None else factor * value
 
 
 def _violins(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
