@@ -12,7 +12,7 @@ pytest.importorskip("apriltag")
 
 
 def test_no_tag_is_accepted_wrongly_and_good_ones_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    file = Path(__file__).parents[2] / "benchmarks" / "tag_false_accepts.py"
+    file = Path(__file__).parents[3] / "benchmarks" / "tag_false_accepts.py"
     spec = importlib.util.spec_from_file_location("tag_false_accepts", file)
     assert spec is not None
     assert spec.loader is not None
