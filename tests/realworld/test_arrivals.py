@@ -93,6 +93,7 @@ def test_a_run_measured_from_files_says_what_its_zero_was(tmp_path):
     log = read_arrivals(content.runs[0], content)
     write_run(tmp_path / "run", log, run_events(log, {}, content.pause), {}, "map", None, 0, {})
     again = read(tmp_path, arrivals="run")
+    assert again.record.manifest.driven_by == "robot"
     assert [arrival.stamp for arrival in again.arrivals] == [arrival.stamp for arrival in log.arrivals]
 
 
@@ -123,6 +124,7 @@ def test_our_journal_brings_everything_with_it(tmp_path):
         run.finish(manifest)
     log = read(tmp_path, arrivals="run", method=None, mode=None)
     assert (log.method, log.mode, log.rounds) == ("hector", "with-map", 1)
+    assert log.record.manifest.driven_by == "unknown"  # as run.json of before says nothing of it
     assert [arrival.stamp for arrival in log.arrivals] == [1_700_000_010 * SECOND, 1_700_000_110 * SECOND]
     assert [arrival.priming for arrival in log.arrivals] == [True, False]
     assert read(tmp_path, arrivals="run", time_zero=5.0).arrivals[0].stamp == 15 * SECOND
