@@ -4,10 +4,12 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 
 import pytest
 
+import taskslam.benchmark.run as run_module
 from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.run import SPEC, run
@@ -20,13 +22,16 @@ from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
 from taskslam.mode import Mode
 from taskslam.navigation.navigator import Navigator
+from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
+from taskslam.record import DrivenBy
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, MethodNotice, RoundEnded, RoundStarted, RunEnded
 from taskslam.record.run_directory import RunRecord, RunWriter, load_run
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.guest.latency import LatencyModel
+from taskslam.task import GoalTolerance
 
 
 def drive(stage: Stage, out: Path, method: str, mode: Mode = Mode.WITHOUT_MAP, seed: int = 0) -> RunRecord:
@@ -234,8 +239,9 @@ def test_after_a_failed_goal_the_robot_stands_until_it_is_sent_on(
     assert next(failure.outcome for failure in of_kind(record, GoalFailed)) is Outcome.GOAL_TIMEOUT
     halted = said.index(("halt", 0.0))
     assert said[halted - 1][1] > 0.1
+    sent_on = next(speed for name, speed in said[halted:] if name == "drive")
     fastest = stage.robot.drive.max_linear_acceleration / 20  # after one beat of the smoother
-    assert said[halted + 1][1] <= fastest + 1e-9
+    assert abs(sent_on) <= fastest + 1e-9
 
 
 def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
@@ -255,6 +261,24 @@ def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
         run(stage, spec.model_copy(update={"behaviour": 2}), tmp_path)
     run(other, other.spec("ground_truth", Mode.WITHOUT_MAP), tmp_path, overwrite=True)
     assert load_run(directory).manifest.scenario["protocol"]["pause"] == 1.0
+
+
+def test_run_json_says_what_drove_when_and_to_which_tolerance(
+    make_stage: Callable[..., Stage], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goal = GoalSettings(xy_tolerance=0.11, yaw_tolerance=0.22)
+    monkeypatch.setattr(run_module, "navigation_settings", lambda _: NavigationSettings(goal=goal))
+    opened: list[datetime] = []
+
+    def note(self: SimulatedPlatform, original: Callable[[SimulatedPlatform], None] = SimulatedPlatform.open) -> None:
+        original(self)
+        opened.append(self.zero_utc)
+
+    monkeypatch.setattr(SimulatedPlatform, "open", note)
+    manifest = drive(make_stage(GOALS_ONE, rounds=1), tmp_path, "ground_truth").manifest
+    assert manifest.driven_by is DrivenBy.SIMULATOR
+    assert manifest.goal_tolerance == GoalTolerance(position_m=0.11, heading_rad=0.22)
+    assert [manifest.started_utc] == [moment.isoformat() for moment in opened]
 
 
 GOALS_ONE = [[-1.0, -1.0, 0.0]]

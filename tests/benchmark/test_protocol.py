@@ -11,6 +11,7 @@ import pytest
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.traveller import Effort, Journey, Poses
+from taskslam.errors import InfrastructureError
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
 from taskslam.mode import Mode
@@ -70,7 +71,7 @@ class PaperPlatform(Platform):
 class PaperTraveller:
     """Is at once where it is told to go, but for what `fails` says of (round, x of the goal)."""
 
-    def __init__(self, platform: PaperPlatform, fails: dict[tuple[int, float], Outcome | Exception]) -> None:
+    def __init__(self, platform: PaperPlatform, fails: dict[tuple[int, float], Outcome | BaseException]) -> None:
         self.platform = platform
         self.fails = fails
         self.round = 0
@@ -87,7 +88,7 @@ class PaperTraveller:
         self.platform.drive(0.3, 0.0)
         self.platform.time += SECOND
         failure = self.fails.get((self.round, goal.x))
-        if isinstance(failure, Exception):
+        if isinstance(failure, BaseException):
             raise failure
         if failure is not None:
             return Journey(failure, "as told")
@@ -108,7 +109,11 @@ class PaperTraveller:
 
 
 def drive(
-    folder: Path, mode: Mode, fails: dict[tuple[int, float], Outcome | Exception], on_failure: str = "abort"
+    folder: Path,
+    mode: Mode,
+    fails: dict[tuple[int, float], Outcome | BaseException],
+    on_failure: str = "abort",
+    platform: PaperPlatform | None = None,
 ) -> tuple[list[tuple[str, object, object]], PaperPlatform, bool]:
     """Kind, round and goal of every event; the platform; whether all was reached."""
     task = Task.model_validate(
@@ -118,7 +123,7 @@ def drive(
         }
     )
     with RunWriter(folder / "run") as record:
-        platform = PaperPlatform()
+        platform = platform or PaperPlatform()
         tour = Tour(task, platform, lambda: PaperTraveller(platform, fails), record, Observer())
         with platform:
             complete = drive_tour(tour, mode)
@@ -161,14 +166,19 @@ def test_the_robot_halts_when_the_method_dies_and_later_rounds_are_driven(tmp_pa
     assert platform.asked[:7] == ["open", "place", "drive", "drive", "halt", "stop", "place"]
 
 
-def test_whatever_is_raised_the_robot_halts_and_the_platform_is_closed(tmp_path: Path) -> None:
+def test_whatever_is_raised_the_robot_halts_before_the_method_ends_and_the_platform_is_closed(tmp_path: Path) -> None:
     platform = PaperPlatform()
+    with pytest.raises(KeyboardInterrupt):
+        drive(tmp_path, Mode.WITHOUT_MAP, {(0, 2.0): KeyboardInterrupt()}, platform=platform)
+    assert platform.asked == ["open", "place", "drive", "drive", "halt", "stop", "halt", "close"]
 
-    def drive_until_the_plug_is_pulled() -> None:
-        with platform:
-            platform.drive(0.3, 0.0)
-            raise RuntimeError("the plug was pulled")
 
-    with pytest.raises(RuntimeError, match="pulled"):
-        drive_until_the_plug_is_pulled()
-    assert platform.asked == ["open", "drive", "halt", "close"]
+def test_a_platform_that_cannot_be_opened_lets_go_of_what_it_holds() -> None:
+    class Unplugged(PaperPlatform):
+        def open(self) -> None:
+            raise InfrastructureError("no such port")
+
+    platform = Unplugged()
+    with pytest.raises(InfrastructureError, match="no such port"), platform:
+        pass
+    assert platform.asked == ["close"]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from taskslam.errors import InputError
 from taskslam.geometry import SE2
 from taskslam.realworld.arrivals import read_arrivals
+from taskslam.realworld.measured_run import run_events, write_run
 from taskslam.realworld.setup_file import Place, RunSource, Setup
 from taskslam.record import Arrival, RoundEnded, RoundStarted, RunEnded, RunWriter
 
@@ -86,6 +87,16 @@ def test_a_csv_counts_rounds_and_waypoints_from_one_and_knows_its_zone(tmp_path)
     assert log.rounds == 1
 
 
+def test_a_run_measured_from_files_says_what_its_zero_was(tmp_path):
+    (tmp_path / "a.txt").write_text(PUBLISHED)
+    content = setup(tmp_path, arrivals="a.txt")
+    log = read_arrivals(content.runs[0], content)
+    write_run(tmp_path / "run", log, run_events(log, {}, content.pause), {}, "map", None, 0, {})
+    again = read(tmp_path, arrivals="run")
+    assert again.record.manifest.driven_by == "robot"
+    assert [arrival.stamp for arrival in again.arrivals] == [arrival.stamp for arrival in log.arrivals]
+
+
 def test_our_journal_brings_everything_with_it(tmp_path):
     manifest = {
         "scenario_name": "hall",
@@ -113,6 +124,7 @@ def test_our_journal_brings_everything_with_it(tmp_path):
         run.finish(manifest)
     log = read(tmp_path, arrivals="run", method=None, mode=None)
     assert (log.method, log.mode, log.rounds) == ("hector", "with-map", 1)
+    assert log.record.manifest.driven_by == "unknown"  # as run.json of before says nothing of it
     assert [arrival.stamp for arrival in log.arrivals] == [1_700_000_010 * SECOND, 1_700_000_110 * SECOND]
     assert [arrival.priming for arrival in log.arrivals] == [True, False]
     assert read(tmp_path, arrivals="run", time_zero=5.0).arrivals[0].stamp == 15 * SECOND

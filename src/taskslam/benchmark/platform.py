@@ -1,10 +1,10 @@
 """`Platform`: the robot, real or simulated, with a life of its own. Navigation and protocol never know which.
 
-with platform:                      # open; on the way out, whatever happened, halt and close
-platform.place(start)
-for measurement in platform.advance(until):
-...
-platform.drive(0.2, 0.0)
+with platform:  # open; on the way out, whatever happened, halt and close
+    platform.place(start)
+    for measurement in platform.advance(until):
+        ...
+    platform.drive(0.2, 0.0)
 """
 
 from __future__ import annotations
@@ -60,7 +60,11 @@ class Platform(Protocol):
         """Let go of everything; the robot stands. May be called more than once."""
 
     def __enter__(self) -> Self:
-        self.open()
+        try:
+            self.open()
+        except BaseException:
+            self.close()  # what was half open
+            raise
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:

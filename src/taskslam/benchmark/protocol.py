@@ -75,6 +75,9 @@ def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
     except MethodFailedError as failure:
         life.end_by(failure)
         return False
+    except BaseException:
+        tour.platform.halt()  # first of all: a method may take seconds to end
+        raise
     finally:
         life.traveller.stop()
         effort = life.traveller.effort()

@@ -45,7 +45,8 @@ class LoggedArrival:
 class ArrivalLog:
     """All arrivals of one run in time order, and what else is known of it.
 
-    record: the run directory they come from, None for files. rounds: M, as planned. zero: ns UTC of t = 0 there.
+    record: the run directory they come from, None for files. rounds: M, as planned. zero: ns UTC of t = 0
+    of the journal; of files, the beginning of the first pause.
     """
 
     arrivals: tuple[LoggedArrival, ...]
@@ -118,7 +119,8 @@ def _from_files(paths: Sequence[Path], source: RunSource, setup: Setup) -> Arriv
     rounds = source.rounds or driven
     if driven > rounds or rounds < 1:
         raise InputError(f"{paths[0]}: {driven} rounds that count; the setup says {rounds}")
-    return ArrivalLog(arrivals, goals, source.method, source.mode, rounds, arrivals[0].stamp, None)
+    zero = arrivals[0].stamp - round(setup.pause * NANOSECONDS)
+    return ArrivalLog(arrivals, goals, source.method, source.mode, rounds, zero, None)
 
 
 def _goals(path: Path, setup: Setup) -> tuple[SE2, ...]:

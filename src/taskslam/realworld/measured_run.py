@@ -160,17 +160,16 @@ def _not_seen(event: Arrival, reason: str) -> list[Event]:
 
 def _events_of_files(log: ArrivalLog, pause: float) -> list[Event]:
     """A journal from arrivals alone: a goal without one failed, and nobody says why."""
-    begin = log.zero - round(pause * NANOSECONDS)
     rounds: dict[int, list[LoggedArrival]] = {}
     for arrival in log.arrivals:
         rounds.setdefault(arrival.round, []).append(arrival)
     events: list[Event] = []
     now = 0
     for number, arrivals in sorted(rounds.items()):
-        started = max(now, arrivals[0].stamp - begin - round(pause * NANOSECONDS))
+        started = max(now, arrivals[0].stamp - log.zero - round(pause * NANOSECONDS))
         events.append(RoundStarted(started, number, arrivals[0].priming))
         for arrival in arrivals:
-            now = arrival.stamp - begin
+            now = arrival.stamp - log.zero
             events.append(Arrival(now, number, arrival.goal, log.goals[arrival.goal], None, None, None))
         missed = [goal for goal in range(len(log.goals)) if goal not in {arrival.goal for arrival in arrivals}]
         for goal in missed:
@@ -236,7 +235,7 @@ def _manifest(
             "rounds": log.rounds,
             "latency": "as driven",
             "versions": {"taskslam measure": __version__},
-            "started_utc": datetime.fromtimestamp(log.zero / NANOSECONDS, UTC).isoformat(timespec="seconds"),
+            "started_utc": datetime.fromtimestamp(log.zero / NANOSECONDS, UTC).isoformat(),
             "wall_s": duration,
             "simulated_s": duration,
             "failure": None if complete else "not every arrival was logged and seen",
