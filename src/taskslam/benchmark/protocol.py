@@ -8,7 +8,7 @@ robot drives straight to the first.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.traveller import Effort, Poses, Traveller
@@ -37,6 +37,8 @@ class Tour:
     last_failure: str | None = None
     compute_s: float = 0.0
     method_peak_bytes: int = 0
+    method_cpu_s: float = 0.0
+    stop_failures: list[str] = field(default_factory=list)
     frames: int = 0
     dropped_frames: int = 0
 
@@ -83,6 +85,10 @@ def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
         effort = life.traveller.effort()
         tour.compute_s += effort.compute_s
         tour.method_peak_bytes = max(tour.method_peak_bytes, effort.peak_memory)
+        tour.method_cpu_s += effort.cpu_s
+        if effort.stop_failure:
+            tour.stop_failures.append(f"round {life.round}: {effort.stop_failure}")
+            tour.observer.notice(tour.stop_failures[-1])
 
 
 class _Lifetime:

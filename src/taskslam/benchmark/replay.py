@@ -8,7 +8,6 @@ between two of them.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -24,11 +23,12 @@ from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.processes.memory import own_peak_memory
+from taskslam.processes.scratch import Scratch
 from taskslam.record import DrivenBy, Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
 from taskslam.slam import MapMode, MethodCard
+from taskslam.slam.cards import card_of
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import Limits, MethodHost
-from taskslam.slam.registry import load_method
 
 
 def replay(
@@ -49,7 +49,7 @@ def replay(
         RecordError: another run stands there. InfrastructureError.
     """
     observer = observer or Observer()
-    card = load_method(spec.method).card
+    card = card_of(spec.method)
     if spec.mode is Mode.WITH_MAP and card.map_mode is MapMode.NONE:
         raise InputError(f"method '{spec.method}' keeps no map (map_mode none on its card): replay it without-map")
     check_sensors(dataset, card)
@@ -58,7 +58,7 @@ def replay(
         observer.notice(f"{directory}: finished before, kept (--overwrite replays it again)")
         return directory, finished.complete
     with RunWriter(directory, replace=overwrite) as record:
-        complete = _Replay(dataset, spec, limits or Limits(), card, record, observer).run()
+        complete = _Replay(dataset, spec, limits or Limits(), card, record, observer, out).run()
     return directory, complete
 
 
@@ -73,8 +73,12 @@ class _Replay:
         card: MethodCard,
         record: RunWriter,
         observer: Observer,
+        out: Path,
     ) -> None:
         self._dataset = dataset
+        self._card = card
+        self._out = out
+        self._proven = False
         self._spec = spec
         self._limits = limits
         self._record = record
@@ -84,6 +88,8 @@ class _Replay:
         self._failure: str | None = None
         self._compute_s = 0.0
         self._method_peak_bytes = 0
+        self._method_cpu_s = 0.0
+        self._stop_failures: list[str] = []
         self._counted = (0, 0)
 
     def run(self) -> bool:
@@ -96,7 +102,7 @@ class _Replay:
         save_spec(self._record.folder, self._spec)
         self._record.finish(
             Manifest(
-                **said_by(self._spec),
+                **said_by(self._spec, self._card),
                 driven_by=DrivenBy.RECORDING,
                 scenario={"title": f"{self._dataset.name} (replay)", "dataset": task, "skipped": skipped},
                 versions=versions(),
@@ -106,6 +112,8 @@ class _Replay:
                 simulated_s=self._time / NANOSECONDS,
                 compute_s=self._compute_s,
                 method_peak_bytes=self._method_peak_bytes or None,
+                method_cpu_s=self._method_cpu_s or None,
+                stop_failures=tuple(self._stop_failures),
                 own_peak_bytes=own_peak_memory(),
                 complete=complete,
                 failure=self._failure,
@@ -120,10 +128,10 @@ class _Replay:
         return complete
 
     def _with_map(self) -> bool:
-        if not load_method(self._spec.method).card.can_save_map:
+        if not self._card.can_save_map:
             return self._one_lifetime()
-        with tempfile.TemporaryDirectory() as folder:
-            saved = Path(folder) / "map"
+        with Scratch("replay") as scratch:
+            saved = scratch.folder / "map"
             if not self._lifetime(0, priming=True, then=lambda method: method.save_map(saved)):
                 return False
             complete = True
@@ -177,9 +185,19 @@ class _Replay:
         return True
 
     def _new_method(self) -> MethodHost:
-        spec, log = self._spec, self._record.method_log
+        spec, log, rig = self._spec, self._record.method_log, self._dataset.rig
         self._counted = (0, 0)
-        return MethodHost(spec.method, spec.options, self._dataset.rig, log, spec.latency, self._limits)
+        return MethodHost(
+            spec.method,
+            spec.options,
+            rig,
+            log,
+            spec.latency,
+            self._limits,
+            self._card,
+            (self._out, self._dataset.path),
+            self._proven,
+        )
 
     def _play(self, method: MethodHost, number: int, shift: int) -> Played:
         base = self._time
@@ -211,5 +229,10 @@ class _Replay:
 
     def _stop(self, method: MethodHost) -> None:
         method.stop()
+        self._proven = self._proven or method.started
+        self._method_cpu_s += method.cpu_s
+        if method.stop_failure:
+            self._stop_failures.append(method.stop_failure)
+            self._observer.notice(method.stop_failure)
         self._compute_s += method.compute_s
         self._method_peak_bytes = max(self._method_peak_bytes, method.peak_memory)

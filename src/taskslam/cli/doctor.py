@@ -144,7 +144,7 @@ def tag_packages() -> list[Finding]:
 
 def methods() -> list[Finding]:
     """Each registered method: available, or which command would make it so."""
-    from taskslam.slam.registry import inspect_methods
+    from taskslam.slam.cards import inspect_methods
 
     findings = []
     for state in inspect_methods():

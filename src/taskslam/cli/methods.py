@@ -24,7 +24,7 @@ def list_methods() -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from taskslam.slam.registry import inspect_methods
+    from taskslam.slam.cards import inspect_methods
 
     table = Table(box=None, header_style="bold", padding=(0, 1, 0, 0))
     for column in ("method", "kind", "sensors", "licence", "map", "repeats", "ready"):
@@ -60,10 +60,10 @@ def show(name: Annotated[str, typer.Argument(help="A method's name, or package.m
     from rich.markup import escape
     from rich.table import Table
 
-    from taskslam.slam.registry import inspect_method, load_method
+    from taskslam.slam.cards import card_of, inspect_method
 
     state = inspect_method(name)
-    card = state.card or load_method(name).card
+    card = state.card or card_of(name)
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     for key, value in _card_rows(card):

@@ -27,6 +27,9 @@ def suite(
         list[str] | None,
         typer.Option("--set", help="Override a key of every scenario: protocol.pause=2; may be repeated."),
     ] = None,
+    sealed: Annotated[
+        bool, typer.Option("--sealed", help="Noise that a method cannot guess; each run.json says how to repeat it.")
+    ] = False,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Runs at a time, one process each.")] = 1,
     out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("suite"),
     world_path: Annotated[
@@ -50,6 +53,7 @@ def suite(
     """
     from taskslam.benchmark.engine import Ending
     from taskslam.benchmark.engines.local import LocalEngine
+    from taskslam.benchmark.sealing import sealed as sealed_with
     from taskslam.benchmark.suite import load_suite, plan
     from taskslam.cli.progress import progress, suite_progress
     from taskslam.evaluation import evaluate_runs, write_metrics
@@ -59,11 +63,12 @@ def suite(
     with progress(quiet) as observer:
         planned = plan(
             load_suite(name), worlds, _words(methods), chosen, _numbers(seeds), rounds, set_ or (), _words(latencies),
-            world_path or [], observer,
+            sealed, world_path or [], observer,
         )  # fmt: skip
     engine = LocalEngine(jobs, planned.folders)
-    with suite_progress(quiet, len(planned.specs)) as watcher:
+    with suite_progress(quiet, len(planned.specs)) as watcher, sealed_with(out, sealed) as seal:
         results = [*planned.refused, *engine.run(planned.specs, out, watcher)]
+        seal.keep = any(result.ending is Ending.FAILED for result in results)
     _say_what_was_not_driven(results)
     if any(result.ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT} for result in results):
         write_metrics(out, evaluate_runs([out]))

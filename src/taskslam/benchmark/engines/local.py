@@ -16,7 +16,7 @@ from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.run import finished_run
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.errors import InputError, MethodUnavailableError, RecordError
-from taskslam.slam.registry import load_method
+from taskslam.slam.cards import card_of
 
 _ENDINGS = {0: Ending.COMPLETE, 1: Ending.INCOMPLETE, 2: Ending.REFUSED}
 
@@ -69,7 +69,7 @@ def _without_driving(spec: RunSpec, out: Path) -> Result | None:
     except RecordError as error:
         return Result(spec.title, Ending.REFUSED, str(error), spec)
     try:
-        load_method(spec.method)
+        card_of(spec.method)
     except MethodUnavailableError:
         return Result(spec.title, Ending.UNAVAILABLE, f"{spec.method}: its package is not installed", spec)
     except InputError as error:

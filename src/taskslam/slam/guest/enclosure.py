@@ -1,0 +1,23 @@
+"""The wall around one method: what is opened for it beyond what every guest has, and what is closed to it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from taskslam.processes.wall import Wall, working_folder
+from taskslam.slam.base import MethodCard
+
+
+def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed: Iterable[Path]) -> Wall:
+    """The wall around a method. card: as it was described, None where nothing is known; named: files in its options.
+
+    closed: folders of results. The folder that holds the code of a method in the user's own stays open in these.
+    """
+    here = working_folder() if ":" in method else None
+    local = () if here is None else (here,)
+    places = tuple(Path(place) for place in card.reads) if card is not None else ()
+    read = (*local, *places, *(place.absolute() for place in named))
+    keep = (*read, *(Path(entry) for entry in sys.path if entry))
+    return Wall(read, tuple(closed), keep, card is not None and card.loopback, card is not None and card.shared_memory)
