@@ -104,7 +104,7 @@ def test_a_strange_answer_is_invalid_output_in_every_round(
 
 @pytest.mark.parametrize(
     ("act", "words"),
-    [("segfault", "SIGSEGV"), ("exits_at_once_137", "code 137"), ("hangs", "no answer"), ("raises", "match")],,
+    [("segfault", "SIGSEGV"), ("exits_at_once_137", "code 137"), ("hangs", "no answer"), ("raises", "match")],
 )
 def test_a_failure_while_it_is_stopped_is_a_notice_and_stands_in_run_json(
     act: str, words: str, stage: Stage, guests: Path, tmp_path: Path
@@ -152,7 +152,9 @@ def test_a_card_beyond_its_bounds_is_refused(name: str, words: str, guests: Path
         card_of(f"adversary:{name}")
 
 
-@pytest.mark.parametrize(("name", "words"), [("Changing", "not the one that it was described by"), ("Truthful", "true poses")])
+@pytest.mark.parametrize(
+    ("name", "words"), [("Changing", "not the one that it was described by"), ("Truthful", "true poses")]
+)
 def test_a_card_that_changes_or_asks_for_the_truth_is_refused(
     name: str, words: str, stage: Stage, guests: Path, tmp_path: Path
 ) -> None:
