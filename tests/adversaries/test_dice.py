@@ -109,7 +109,8 @@ def test_a_planted_link_is_not_taken_for_the_secret(tmp_path: Path) -> None:
 def secrets_of(stage: Stage, spec: RunSpec) -> list[bytes]:
     """What must not reach a child: the seed, the mode, the scenario, the results, and what is wrong with the robot."""
     wrong = stage.robot.imperfections.model_dump()
-    words = [str(SEED), spec.mode, "secret-scenario", "secret-results", *wrong["odometry"], *wrong["imu"]]
+    keys = [f'"{key}"' for part in ("odometry", "imu") for key in wrong[part]]
+    words = [str(SEED), spec.mode, "secret-scenario", "secret-results", *keys]
     return [word.encode() for word in words]
 
 
