@@ -165,3 +165,39 @@ def test_what_a_card_or_an_option_names_is_open_for_reading_only(attacked: Attac
         pass
     assert log.read_text().split() == ["read", "words", "denied", "13"]
     assert vocabulary.read_text() == "words"
+
+
+def test_results_beside_the_methods_own_code_are_closed_and_the_code_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody works in one folder: his method, what it imports, his data, the seal, and the results."""
+    monkeypatch.chdir(tmp_path)
+    method = GUESTS / "adversary.py"
+    for source in (method, GUESTS / "acts.py"):
+        (tmp_path / source.name).write_text(source.read_text())
+    (tmp_path / "nosy.py").write_text(
+        textwrap.dedent(
+            """
+            from pathlib import Path
+            from adversary import Adversary
+            class Nosy(Adversary):
+                def start(self, rig):
+                    super().start(rig)
+                    for name in ("data.txt", "house/run/truth.tum", ".taskslam-seal"):
+                        try:
+                            print(Path(__file__).with_name("data.txt").parent.joinpath(name).read_text())
+                        except OSError as error:
+                            print("denied")
+            """
+        )
+    )
+    (tmp_path / "data.txt").write_text("mine")
+    (tmp_path / ".taskslam-seal").write_text("secret")
+    (tmp_path / "house" / "run").mkdir(parents=True)
+    (tmp_path / "house" / "run" / "truth.tum").write_text("truth")
+    log = tmp_path / "house" / "other" / "method.log"
+    log.parent.mkdir()
+    closed = (tmp_path, tmp_path / ".taskslam-seal")
+    with MethodHost("nosy:Nosy", {}, load_robot("turtlebot2").rig, log, None, LIMITS, closed=closed):
+        pass
+    assert log.read_text().split() == ["mine", "denied", "denied"]

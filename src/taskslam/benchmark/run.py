@@ -15,7 +15,7 @@ from typing import Any
 from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.sealing import salt_of, salted
+from taskslam.benchmark.sealing import salt_of, salted, seal_file
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage, source_of
@@ -125,7 +125,7 @@ def _attempt(
         observer,
         overwrite,
         limits=limits,
-        closed=(out,),
+        closed=(out, seal_file(out)),
         salt=salt,
     )
 

@@ -57,6 +57,11 @@ def sealed(out: Path, wanted: bool = True) -> Iterator[Seal]:
             (out / _FILE).unlink()
 
 
+def seal_file(out: Path) -> Path:
+    """Where the secret of the runs under `out` rests."""
+    return out / _FILE
+
+
 def salt_of(out: Path, digest: str) -> str:
     """The salt, 64 hexadecimal digits, of the run of this hash among those under `out`.
 

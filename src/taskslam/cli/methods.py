@@ -112,6 +112,12 @@ def check(
         raise typer.Exit(1)
 
 
+def _opened(card: MethodCard) -> list[str]:
+    """What a method needs opened in the wall around it."""
+    tcp, memory = ["TCP"] * card.loopback, ["shared memory"] * card.shared_memory
+    return [*tcp, *memory, *(f"reads {place}" for place in card.reads)]
+
+
 def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
     return [
         ("name", f"{card.name} {card.version}"),
@@ -127,6 +133,7 @@ def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
         ("asynchronous", "yes" if card.asynchronous else "no"),
         ("latency", f"{card.latency * 1e3:g} ms"),
         ("queue", f"{card.queue} frame{'s' if card.queue != 1 else ''}"),
+        ("beyond the wall", ", ".join(_opened(card)) or "nothing"),
         ("homepage", card.homepage or "-"),
         ("extra", card.extra or "none needed"),
     ]

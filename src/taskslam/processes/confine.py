@@ -68,6 +68,16 @@ def private_shared_memory() -> bool:
     return _mount(b"none", b"/", b"", _MS_REC | _MS_PRIVATE) and _mount(b"tmpfs", bytes(SHARED_MEMORY), b"tmpfs", 0)
 
 
+def can_have_private_shared_memory() -> bool:
+    """Whether `private_shared_memory` works here: tried in a process of its own."""
+    if (child := os.fork()) == 0:
+        try:
+            os._exit(0 if private_shared_memory() else 1)
+        finally:
+            os._exit(2)
+    return os.waitpid(child, 0)[1] == 0
+
+
 def confine_this_process(parent: int) -> None:
     """Child side, before any foreign code runs: die with `parent` (pid), leave no core dump, hold no privilege.
 

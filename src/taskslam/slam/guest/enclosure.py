@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from taskslam.processes.wall import Wall, working_folder
@@ -20,4 +20,14 @@ def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed:
     places = tuple(Path(place) for place in card.reads) if card is not None else ()
     read = (*local, *places, *(place.absolute() for place in named))
     keep = (*read, *(Path(entry) for entry in sys.path if entry))
-    return Wall(read, tuple(closed), keep, card is not None and card.loopback, card is not None and card.shared_memory)
+    loopback, shared_memory = card is not None and card.loopback, card is not None and card.shared_memory
+    return Wall(read, tuple(_beside_code(closed, here)), keep, loopback, shared_memory)
+
+
+def _beside_code(closed: Iterable[Path], here: Path | None) -> Iterator[Path]:
+    """The same, but where results lie in the very folder that the method's code is in: those of this scenario."""
+    folders = [folder.resolve() for folder in closed]
+    for folder in folders:
+        if folder != here:
+            in_the_way = here in folders and folder.is_relative_to(here)
+            yield here / folder.relative_to(here).parts[0] if in_the_way and here is not None else folder
