@@ -26,7 +26,7 @@ from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
 from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
-from taskslam.record.run_directory import partial_folder
+from taskslam.record.place import partial_folder
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator

@@ -40,6 +40,12 @@ class Tour:
     frames: int = 0
     dropped_frames: int = 0
 
+    def __post_init__(self) -> None:
+        """Rounds that ended before an interruption count."""
+        done = self.record.resumed
+        self.last_failure, self.compute_s, self.method_peak_bytes = done.failure, done.compute_s, done.peak_bytes
+        self.frames, self.dropped_frames = done.frames, done.dropped_frames
+
 
 def drive_tour(tour: Tour, mode: Mode) -> bool:
     """Drive all rounds; whether every goal of every round was reached."""
@@ -50,9 +56,9 @@ def drive_tour(tour: Tour, mode: Mode) -> bool:
 
 
 def _without_map(tour: Tour) -> bool:
-    complete = True
-    rounds = tour.task.protocol.rounds
-    for number in range(rounds):
+    done, rounds = tour.record.resumed, tour.task.protocol.rounds
+    complete = done.complete
+    for number in range(done.rounds, rounds):
         tour.observer.round_begins(number, rounds, priming=False)
         tour.record.event(RoundStarted(tour.platform.now, number, priming=False))
         complete = _guarded(tour, [(number, False)]) and complete
@@ -147,19 +153,18 @@ class _Lifetime:
     def _failed(self, outcome: Outcome, detail: str, at: Poses) -> None:
         tour, (index, target) = self.tour, self.goal
         tour.platform.halt()
-        tour.record.event(
-            GoalFailed(
-                tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry
-            )
+        failed = GoalFailed(
+            tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry
         )
-        tour.last_failure = f"round {self.round}, goal {index}: {outcome}: {detail}"
+        tour.record.event(failed)
+        tour.last_failure = failed.words
         tour.observer.notice(tour.last_failure)
 
     def _end_round(self, outcome: Outcome) -> None:
         effort = self.traveller.effort()
-        frames = effort.frames - self.counted.frames
-        dropped = effort.dropped_frames - self.counted.dropped_frames
-        self.counted = effort
+        before, self.counted = self.counted, effort
+        frames, dropped = effort.frames - before.frames, effort.dropped_frames - before.dropped_frames
         self.tour.frames += frames
         self.tour.dropped_frames += dropped
+        self.tour.record.tally(self.round, effort.compute_s - before.compute_s, effort.peak_memory)
         self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))

@@ -8,6 +8,7 @@ import platform as host_platform
 import time
 from collections.abc import Callable, Collection
 from dataclasses import asdict
+from datetime import datetime
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,6 @@ from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage, source_of
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
-from taskslam.files import write_whole
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.navigation.navigator import Navigator
 from taskslam.navigation.planners import build_planner, planner_version
@@ -27,6 +27,7 @@ from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.observer import Observer
 from taskslam.processes.memory import own_peak_memory
 from taskslam.record.manifest import Manifest
+from taskslam.record.place import settle
 from taskslam.record.run_directory import MANIFEST, RunWriter, load_run
 from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
@@ -35,8 +36,6 @@ from taskslam.slam.registry import load_method
 from taskslam.task import GoalTolerance, Mode
 from taskslam.version import __version__
 from taskslam.world.map_server import save_floor_plan
-
-SPEC = "spec.json"
 
 _RETRIES = 2  # infrastructure failures are retried and never counted against a method (design D6)
 
@@ -51,16 +50,19 @@ def run(
 ) -> tuple[Path, bool]:
     """Drive one run on its stage; its directory, and whether every goal of every round was reached.
 
-    A finished run of the very same spec is kept and not driven again.
+    A finished run of the very same spec is kept and not driven again; without a map, so are the rounds that had ended
+    when one was interrupted.
 
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
         RecordError: a run of another spec stands there.
-        InfrastructureError: after retries; what was measured stays in the partial folder that the message names.
+        InfrastructureError: after retries; what was measured stays in the partial folder that the message names, and
+            is gone on with by the next start.
     """
     observer, limits = observer or Observer(), limits or Limits()
     load_method(spec.method)
     directory = run_folder(out, spec)
+    settle(directory)
     if not overwrite and (finished := finished_run(directory, spec)) is not None:
         observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
         return directory, finished.complete
@@ -121,7 +123,18 @@ def record_tour(
     wall = time.perf_counter()
     settings = navigation_settings(stage.scenario)
     navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
-    with make_platform() as platform, RunWriter(directory, replace=overwrite) as record:
+    with (
+        make_platform() as platform,
+        RunWriter(
+            directory, overwrite, spec.to_json(), resume=platform.resumable and spec.mode is Mode.WITHOUT_MAP
+        ) as record,
+    ):
+        if record.notice:
+            observer.notice(record.notice)
+        done = record.resumed
+        if done.rounds:
+            platform.go_on(done.now, done.rounds, datetime.fromisoformat(record.began_utc))
+        record.began_utc = platform.zero_utc.isoformat()
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
         def traveller() -> ClosedLoop:
@@ -132,8 +145,7 @@ def record_tour(
 
         tour = Tour(stage.scenario, platform, traveller, record, observer)
         complete = drive(tour, spec.mode)
-        save_spec(record.folder, spec)
-        record.finish(manifest_of(stage, spec, tour, complete, time.perf_counter() - wall))
+        record.finish(manifest_of(stage, spec, tour, complete, done.wall_s + time.perf_counter() - wall))
     return complete
 
 
@@ -206,11 +218,6 @@ def said_by(spec: RunSpec) -> dict[str, Any]:
         "rounds": spec.task.rounds,
         "latency": spec.latency.words,
     }
-
-
-def save_spec(folder: Path, spec: RunSpec) -> None:
-    """Write the spec beside what it left behind: what an engine, or anyone, can drive again. Raises DiskFullError."""
-    write_whole(folder / SPEC, spec.to_json() + "\n")
 
 
 def versions() -> dict[str, str]:

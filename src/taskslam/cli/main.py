@@ -14,17 +14,18 @@ _ADDRESS_SPACE = 640 << 20  # bytes; with less, OpenBLAS ends the process or nev
 
 
 def main() -> None:
-    """Entry point. Exit status: `endings.py`; a known error is one sentence, of any other a file holds the traceback."""
+    """Entry point. Exit status: `endings.py`; a known error is one sentence, of any other a file holds the trace."""
     open_standard_streams()
     stop_on_signals()
     try:
         _run_the_verb()
-    except SystemExit as leaving:
-        if (error := _swallowed(leaving)) is None:
+    except BaseException as error:
+        cause = _swallowed(error) if isinstance(error, SystemExit) else error
+        if cause is None:
             raise
-    except BaseException as unexpected:
-        error = unexpected
-    ending = ending_of(error)
+        ending = ending_of(cause)
+    else:
+        return
     for line in (f"taskslam: {ending.sentence}", *ending.notes):
         sys.stderr.write(f"{line}\n")
     sys.stderr.flush()
