@@ -21,7 +21,7 @@ from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.errors import DatasetError
-from taskslam.files import sync_folder, writing
+from taskslam.files import remove, sync_folder, writing
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
 from taskslam.observer import Observer
@@ -119,8 +119,7 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     folder = partial_folder(out)
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-        if folder.exists():
-            shutil.rmtree(folder)
+        remove(folder)
         folder.mkdir()
     try:
         with writing(out):
@@ -131,8 +130,9 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
                 )
             folder.rename(out)
             sync_folder(out.parent)
-    except BaseException:
+    except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)
+        error.__notes__ = [f"Nothing is kept of the dataset {out}"]  # the drive lay in it
         raise
     return complete
 
