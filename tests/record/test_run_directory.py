@@ -1,7 +1,6 @@
 import errno
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -185,18 +184,12 @@ def test_a_file_in_the_way_is_named(tmp_path):
         RunWriter(tmp_path / "file" / "a")
 
 
-def test_a_full_disk_during_a_run_names_the_file(tmp_path):
-    """A limit on the size of files refuses bytes, as a full disk does."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+def test_a_full_disk_during_a_run_names_the_file(tmp_path, full_disk):
     with RunWriter(tmp_path / "a") as run:
         run.event(RoundStarted(0, 0, priming=False))
         run.pose("truth", 0, 1, SE2())
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20, limits[1]))
-        try:
-            with pytest.raises(DiskFullError, match=r"truth\.tum: cannot be written: File too large"):
-                run.event(RoundEnded(1, 0, Outcome.REACHED, 1, 0))
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        with full_disk(), pytest.raises(DiskFullError, match=r"truth\.tum: cannot be written: File too large"):
+            run.event(RoundEnded(1, 0, Outcome.REACHED, 1, 0))
 
 
 def test_a_folder_without_a_manifest_is_refused(tmp_path, events, manifest):

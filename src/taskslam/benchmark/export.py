@@ -27,6 +27,7 @@ from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometr
 from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
 from taskslam.record.place import partial_folder
+from taskslam.record.run_lock import RunLock
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
@@ -119,10 +120,11 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     folder = partial_folder(out)
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-        remove(folder)
-        folder.mkdir()
+    lock = RunLock(out)
     try:
         with writing(out):
+            remove(folder)
+            folder.mkdir()
             with closing(_writer(request.format, folder, stage, sensors)) as writer:
                 platform = _Recorded(simulator, writer, sensors, until)
                 complete = record_tour(
@@ -134,6 +136,8 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
         shutil.rmtree(folder, ignore_errors=True)
         error.__notes__ = [f"Nothing is kept of the dataset {out}"]  # the drive lay in it
         raise
+    finally:
+        lock.release()
     return complete
 
 
