@@ -125,7 +125,11 @@ def test_a_signal_ends_with_words_and_its_status_after_putting_away(number: sign
     time.sleep(0.2)
     process.send_signal(signal.SIGTERM)  # a second one, as of a parent after a terminal
     out, err = process.communicate(timeout=30)
-    assert (process.returncode, out, err) == (128 + number, "put away\n", f"taskslam: stopped by {number.name}\n")
+    assert (process.returncode, out, err) == (
+        128 + number,
+        "put away\n",
+        f"taskslam: stopped by {number.name}; what is finished is kept, start again to go on\n",
+    )
 
 
 def test_a_signal_that_was_ignored_stays_ignored() -> None:
