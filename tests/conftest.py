@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import resource
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +32,22 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real data not found at {folder}: set TASKSLAM_DATA")
     return folder
+
+
+@contextmanager
+def _full() -> Iterator[None]:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.fixture
+def full_disk() -> Callable[[], AbstractContextManager[None]]:
+    """`with full_disk():` no file takes more than 20 bytes: the kernel refuses them, as a full disk does."""
+    return _full
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 import taskslam.benchmark.run as run_module
 from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.run import SPEC, run
+from taskslam.benchmark.run import run
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec
 from taskslam.benchmark.stage import Stage
@@ -27,7 +27,7 @@ from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record import DrivenBy
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, MethodNotice, RoundEnded, RoundStarted, RunEnded
-from taskslam.record.run_directory import RunRecord, RunWriter, load_run
+from taskslam.record.run_directory import SPEC, RunRecord, RunWriter, load_run
 from taskslam.simulation.simulator import Simulator
 from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.guest.latency import LatencyModel

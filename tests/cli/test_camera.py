@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from taskslam.cli.main import app
+from taskslam.cli.app import app
 from taskslam.errors import CameraError, InputError
 from taskslam.geometry import rotation_from_rpy
 from taskslam.realworld.cameras import calibration_images

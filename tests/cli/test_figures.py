@@ -1,7 +1,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from taskslam.cli.main import app
+from taskslam.cli.app import app
 from taskslam.errors import InputError
 
 

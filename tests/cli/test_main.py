@@ -75,7 +75,7 @@ def refused(done: subprocess.CompletedProcess[str], *words: str) -> None:
 
 def test_help_loads_nothing_heavy(taskslam: Run) -> None:
     script = (
-        "import sys; from taskslam.cli import main; heavy = {'numba', 'scipy', 'matplotlib', 'trimesh', 'gtsam',"
+        "import sys; from taskslam.cli import app; heavy = {'numba', 'scipy', 'matplotlib', 'trimesh', 'gtsam',"
         " 'embreex', 'numpy'} & set(sys.modules); print(sorted(heavy)); sys.exit(bool(heavy))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)

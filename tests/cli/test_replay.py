@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from typer.testing import CliRunner
 
-from taskslam.cli.main import app
+from taskslam.cli.app import app
 from taskslam.errors import InputError
 from taskslam.record import load_run
 

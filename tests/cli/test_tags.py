@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from taskslam.cli.main import app
+from taskslam.cli.app import app
 from taskslam.errors import InputError
 from taskslam.realworld.tags.tag_family import code_cells
 

@@ -100,12 +100,25 @@ def test_the_same_runs_give_the_same_bytes(build, tmp_path):
     assert texts[0] == texts[1]
 
 
-def test_a_folder_that_cannot_be_written_is_named(build, tmp_path):
+def test_a_folder_that_cannot_be_written_is_named(build, tmp_path, full_disk):
     two_rounds(build(goals=1, rounds=2)).write()
     metrics = evaluate_runs([tmp_path / "results"])
-    (tmp_path / ".metrics.json.partial").symlink_to("/dev/full")
-    with pytest.raises(DiskFullError, match=r"metrics\.json: cannot be written"):
+    with full_disk(), pytest.raises(DiskFullError, match=r"metrics\.json: cannot be written"):
         write_metrics(tmp_path, metrics)
+
+
+def test_a_file_that_has_changed_since_the_run_was_finished_is_named(build, tmp_path):
+    """A flipped digit in a pose is a number as good as any: only the digest tells."""
+    directory = two_rounds(build(goals=1, rounds=2)).write()
+    (intact,) = evaluate_runs([directory]).runs
+    journal = directory / "journal.jsonl"
+    journal.write_bytes(journal.read_bytes().replace(b'"frames":', b'"frames":1', 1))
+    (changed,) = evaluate_runs([directory]).runs
+    assert intact.files_changed == changed.journal_damaged == ()
+    assert [str(journal) in sentence for sentence in changed.files_changed] == [True]
+    journal.unlink()
+    (left,) = evaluate_runs([directory]).left_out
+    assert "journal" in left.reason
 
 
 def test_neither_a_damaged_line_nor_a_cut_off_last_one_takes_the_run_out(build, tmp_path):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
 
-from taskslam.errors import FloorPlanError
+from taskslam.errors import DiskFullError, FloorPlanError
 from taskslam.geometry import SE2
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 from taskslam.world.map_server import load_floor_plan, save_floor_plan
@@ -163,10 +163,13 @@ def test_a_missing_yaml_is_named(tmp_path):
         load_floor_plan(tmp_path / "absent.yaml")
 
 
-def test_saving_into_a_missing_folder_is_refused(tmp_path):
+def test_a_plan_that_cannot_be_saved_is_infrastructure(tmp_path, full_disk):
     plan = FloorPlan(np.zeros((1, 1), np.uint8), 0.1, SE2())
-    with pytest.raises(FloorPlanError, match="cannot write"):
+    with pytest.raises(DiskFullError, match="cannot be written"):
         save_floor_plan(plan, tmp_path / "absent" / "plan.yaml")
+    with full_disk(), pytest.raises(DiskFullError, match="cannot be written"):
+        save_floor_plan(plan, tmp_path / "plan.yaml", "png")
+    assert list(tmp_path.iterdir()) == []
 
 
 number = st.floats(-1e6, 1e6)

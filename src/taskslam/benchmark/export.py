@@ -15,18 +15,19 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.run import build_simulator, record_tour
+from taskslam.benchmark.run import Undertaking, build_simulator, record_tour
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.errors import DatasetError
-from taskslam.files import sync_folder, writing
+from taskslam.files import remove, sync_folder, writing
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
 from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
-from taskslam.record.run_directory import partial_folder
+from taskslam.record.place import partial_folder
+from taskslam.record.run_lock import RunLock
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
@@ -121,21 +122,28 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     folder = partial_folder(out)
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-        if folder.exists():
-            shutil.rmtree(folder)
-        folder.mkdir()
+    lock = RunLock(out)
     try:
         with writing(out):
+            remove(folder)
+            folder.mkdir()
             with closing(_writer(request.format, folder, stage, sensors)) as writer:
                 platform = _Recorded(simulator, writer, sensors, until)
                 complete = record_tour(
-                    stage, spec, card, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
+                    Undertaking(stage, spec, card),
+                    lambda: platform,
+                    folder / DRIVE,
+                    observer,
+                    drive=_drive_until_enough,
                 )
             folder.rename(out)
             sync_folder(out.parent)
-    except BaseException:
+    except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)
+        error.__notes__ = [f"Nothing is kept of the dataset {out}"]  # the drive lay in it
         raise
+    finally:
+        lock.release()
     return complete
 
 

@@ -22,10 +22,11 @@ from taskslam.record.manifest import DrivenBy
 class Platform(Protocol):
     """What the protocol needs of a robot. Times are integer nanoseconds since `zero_utc`.
 
-    driven_by: for run.json, what drove.
+    driven_by: for run.json, what drove. resumable: whether `go_on` continues an interrupted run as if nothing had been.
     """
 
     driven_by: DrivenBy
+    resumable: bool = False
 
     @property
     def zero_utc(self) -> datetime:
@@ -37,6 +38,9 @@ class Platform(Protocol):
 
     def open(self) -> None:
         """Get ready: connect, start sensors. Raises InfrastructureError."""
+
+    def go_on(self, now: int, placed: int, zero_utc: datetime) -> None:
+        """Be as after so many calls of `place` at time `now`; asked before the next of them, where `resumable`."""
 
     def place(self, pose: SE2) -> None:
         """Begin at `pose` in `map`, at rest, odometry zeroed: put the robot there, or wait until it stands there."""

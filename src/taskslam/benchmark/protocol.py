@@ -42,6 +42,13 @@ class Tour:
     frames: int = 0
     dropped_frames: int = 0
 
+    def __post_init__(self) -> None:
+        """Rounds that ended before an interruption count."""
+        done = self.record.resumed
+        self.last_failure, self.compute_s, self.method_peak_bytes = done.failure, done.compute_s, done.peak_bytes
+        self.frames, self.dropped_frames = done.frames, done.dropped_frames
+        self.method_cpu_s, self.stop_failures = done.cpu_s, [*done.stop_failures]
+
 
 def drive_tour(tour: Tour, mode: Mode) -> bool:
     """Drive all rounds; whether every goal of every round was reached."""
@@ -52,9 +59,9 @@ def drive_tour(tour: Tour, mode: Mode) -> bool:
 
 
 def _without_map(tour: Tour) -> bool:
-    complete = True
-    rounds = tour.task.protocol.rounds
-    for number in range(rounds):
+    done, rounds = tour.record.resumed, tour.task.protocol.rounds
+    complete = done.complete
+    for number in range(done.rounds, rounds):
         tour.observer.round_begins(number, rounds, priming=False)
         tour.record.event(RoundStarted(tour.platform.now, number, priming=False))
         complete = _guarded(tour, [(number, False)]) and complete
@@ -114,11 +121,13 @@ class _Lifetime:
             self.round = number
             traveller.begin_round(number)
             outcome = self._round()
+            complete = complete and outcome is Outcome.REACHED
+            aborted = outcome is not Outcome.REACHED and tour.task.protocol.on_failure is OnFailure.ABORT
+            if aborted or number == numbers[-1][0]:
+                traveller.stop()  # how it fails at that is told in this round
             self._end_round(outcome)
-            if outcome is not Outcome.REACHED:
-                complete = False
-                if tour.task.protocol.on_failure is OnFailure.ABORT:
-                    break
+            if aborted:
+                break
         return complete
 
     def _round(self) -> Outcome:
@@ -148,24 +157,30 @@ class _Lifetime:
     def end_by(self, failure: MethodFailedError) -> None:
         """Record that the method itself ended this lifetime."""
         self._failed(failure.outcome, failure.detail, self.traveller.poses())
+        self.traveller.stop()
         self._end_round(failure.outcome)
 
     def _failed(self, outcome: Outcome, detail: str, at: Poses) -> None:
         tour, (index, target) = self.tour, self.goal
         tour.platform.halt()
-        tour.record.event(
-            GoalFailed(
-                tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry
-            )
+        failed = GoalFailed(
+            tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry
         )
-        tour.last_failure = f"round {self.round}, goal {index}: {outcome}: {detail}"
+        tour.record.event(failed)
+        tour.last_failure = failed.words
         tour.observer.notice(tour.last_failure)
 
     def _end_round(self, outcome: Outcome) -> None:
         effort = self.traveller.effort()
-        frames = effort.frames - self.counted.frames
-        dropped = effort.dropped_frames - self.counted.dropped_frames
-        self.counted = effort
+        before, self.counted = self.counted, effort
+        frames, dropped = effort.frames - before.frames, effort.dropped_frames - before.dropped_frames
         self.tour.frames += frames
         self.tour.dropped_frames += dropped
+        self.tour.record.tally(
+            self.round,
+            effort.compute_s - before.compute_s,
+            effort.peak_memory,
+            effort.cpu_s - before.cpu_s,
+            effort.stop_failure,
+        )
         self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))

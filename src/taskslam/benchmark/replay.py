@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 
 from taskslam.benchmark.playback import LINGER, Beginning, Played, check_sensors, find_beginning, play
-from taskslam.benchmark.run import finished_run, machine, said_by, save_spec, versions
+from taskslam.benchmark.run import finished_run, machine, said_by, versions
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.datasets.dataset import Dataset
 from taskslam.errors import InputError
@@ -25,6 +24,7 @@ from taskslam.outcomes import Outcome
 from taskslam.processes.memory import own_peak_memory
 from taskslam.processes.scratch import Scratch
 from taskslam.record import DrivenBy, Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
+from taskslam.record.place import settle
 from taskslam.slam import MapMode, MethodCard
 from taskslam.slam.cards import card_of
 from taskslam.slam.guest.failure import MethodFailedError
@@ -41,7 +41,7 @@ def replay(
 ) -> tuple[Path, bool]:
     """Replay; the run directory, and whether every round came to the dataset's end. spec: of `spec_of_replay`.
 
-    A finished replay of the very same spec is kept.
+    A finished replay of the very same spec is kept, and without-map the rounds of an interrupted one that had ended.
 
     Raises:
         DatasetError: the dataset lacks a sensor of the method, or cannot be read on.
@@ -54,10 +54,14 @@ def replay(
         raise InputError(f"method '{spec.method}' keeps no map (map_mode none on its card): replay it without-map")
     check_sensors(dataset, card)
     directory = run_folder(out, spec)
+    settle(directory)
     if not overwrite and (finished := finished_run(directory, spec)) is not None:
         observer.notice(f"{directory}: finished before, kept (--overwrite replays it again)")
         return directory, finished.complete
-    with RunWriter(directory, replace=overwrite) as record:
+    resume = spec.mode is Mode.WITHOUT_MAP
+    with RunWriter(directory, overwrite, spec.to_json(), resume) as record:
+        if record.notice:
+            observer.notice(record.notice)
         complete = _Replay(dataset, spec, limits or Limits(), card, record, observer, out).run()
     return directory, complete
 
@@ -84,22 +88,22 @@ class _Replay:
         self._record = record
         self._observer = observer
         self._beginning: Beginning = find_beginning(dataset, card)
-        self._time = 0  # ns of the run: rounds lie one after the other
-        self._failure: str | None = None
-        self._compute_s = 0.0
-        self._method_peak_bytes = 0
-        self._method_cpu_s = 0.0
-        self._stop_failures: list[str] = []
+        done = record.resumed
+        self._time = done.now  # ns of the run: rounds lie one after the other
+        self._failure = done.failure
+        self._compute_s = done.compute_s
+        self._method_peak_bytes = done.peak_bytes
+        self._method_cpu_s = done.cpu_s
+        self._stop_failures = [*done.stop_failures]
         self._counted = (0, 0)
 
     def run(self) -> bool:
         """All rounds, then run.json; whether every round came to the end."""
-        started, wall = datetime.now(UTC), time.perf_counter()
+        wall, before = time.perf_counter(), self._record.resumed.wall_s
         complete = self._without_map() if self._spec.mode is Mode.WITHOUT_MAP else self._with_map()
         self._record.event(RunEnded(self._time, complete))
         task = self._spec.task.model_dump(mode="json", exclude={"source", "rounds"})
         skipped = dict(sorted(self._dataset.skipped.items()))
-        save_spec(self._record.folder, self._spec)
         self._record.finish(
             Manifest(
                 **said_by(self._spec, self._card),
@@ -107,8 +111,8 @@ class _Replay:
                 scenario={"title": f"{self._dataset.name} (replay)", "dataset": task, "skipped": skipped},
                 versions=versions(),
                 machine=machine(),
-                started_utc=started.isoformat(),
-                wall_s=time.perf_counter() - wall,
+                started_utc=self._record.began_utc,
+                wall_s=before + time.perf_counter() - wall,
                 simulated_s=self._time / NANOSECONDS,
                 compute_s=self._compute_s,
                 method_peak_bytes=self._method_peak_bytes or None,
@@ -122,8 +126,9 @@ class _Replay:
         return complete
 
     def _without_map(self) -> bool:
-        complete = True
-        for number in range(self._spec.task.rounds):
+        done = self._record.resumed
+        complete = done.complete
+        for number in range(done.rounds, self._spec.task.rounds):
             complete = self._lifetime(number, priming=False) and complete
         return complete
 
@@ -176,6 +181,7 @@ class _Replay:
             self._play(method, number, 0)
             if then is not None:
                 then(method)
+            method.stop()
             self._end(method, number, Outcome.REACHED)
         except MethodFailedError as failure:
             self._fail(method, number, failure)
@@ -219,6 +225,7 @@ class _Replay:
     def _end(self, method: MethodHost, number: int, outcome: Outcome) -> None:
         frames, dropped = method.frames - self._counted[0], method.dropped_frames - self._counted[1]
         self._counted = (method.frames, method.dropped_frames)
+        self._record.tally(number, method.compute_s, method.peak_memory, method.cpu_s, method.stop_failure)
         self._record.event(RoundEnded(self._time, number, outcome, frames, dropped))
 
     def _fail(self, method: MethodHost, number: int, failure: MethodFailedError) -> None:

@@ -16,6 +16,7 @@ class SimulatedPlatform(Platform):
     """A simulator that is built already. No clock is read but once, to say in the record what t = 0 was."""
 
     driven_by = DrivenBy.SIMULATOR
+    resumable = True
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
@@ -34,6 +35,11 @@ class SimulatedPlatform(Platform):
     def open(self) -> None:
         """Remember what t = 0 is."""
         self._opened = datetime.now(UTC)
+
+    def go_on(self, now: int, placed: int, zero_utc: datetime) -> None:
+        """Continue an interrupted run: noise depends on how often the robot was put down, and on nothing before."""
+        self._simulator.go_on(now, placed)
+        self._opened = zero_utc
 
     def place(self, pose: SE2) -> None:
         """Put the robot down at `pose`; time goes on."""

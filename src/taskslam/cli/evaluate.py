@@ -71,6 +71,8 @@ def evaluate(
         _print_summary(console, metrics, labels)
     for said in (sentence for run in metrics.runs for sentence in run.journal_damaged):
         typer.echo(f"Damaged: {said}", err=True)
+    for said in (sentence for run in metrics.runs for sentence in run.files_changed):
+        typer.echo(f"Changed: {said}", err=True)
     for left in metrics.left_out:
         typer.echo(f"Left out {directory / left.directory}: {left.reason}", err=True)
     typer.echo(f"Metrics: {path}")

@@ -1,85 +1,70 @@
-"""The `taskslam` command. Verbs import what is heavy when they run, so that `--help` is instant."""
+"""Where the `taskslam` command begins, and how it ends: whatever happens, with a sentence and its exit status."""
 
 from __future__ import annotations
 
+import contextlib
+import os
+import resource
 import sys
 
-import typer
+from taskslam.endings import ending_of, flush_standard_output, open_standard_streams, stop_on_signals
+from taskslam.errors import DiskFullError, InfrastructureError
 
-from taskslam.cli import (
-    camera,
-    compare,
-    doctor,
-    evaluate,
-    evaluate_trajectories,
-    export,
-    figures,
-    import_trials,
-    lab,
-    measure,
-    methods,
-    planners,
-    replay,
-    report,
-    run,
-    suite,
-    tags,
-    worlds,
-)
-from taskslam.errors import TaskSlamError
-from taskslam.version import __version__
-
-app = typer.Typer(
-    name="taskslam",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode="markdown",
-    pretty_exceptions_enable=False,
-    help="Put SLAM inside the navigation loop: did the robot arrive, and how closely do its arrivals agree?",
-)
-app.command("demo")(run.demo)
-app.command("run")(run.run)
-app.command("suite")(suite.suite)
-app.command("lab")(lab.lab)
-app.command("evaluate")(evaluate.evaluate)
-app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories)
-app.command("export")(export.export)
-app.command("replay")(replay.replay)
-app.command("import-trials")(import_trials.import_trials)
-app.command("report")(report.report)
-app.command("figures")(figures.figures)
-app.command("compare")(compare.compare)
-app.add_typer(worlds.app, name="worlds")
-app.add_typer(methods.app, name="methods")
-app.add_typer(planners.app, name="planners")
-app.add_typer(tags.app, name="tags")
-app.add_typer(camera.app, name="camera")
-app.add_typer(measure.app, name="measure")
-app.command("doctor")(doctor.doctor)
-
-
-def _show_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(f"taskslam {__version__}")
-        raise typer.Exit
-
-
-@app.callback()
-def _root(
-    version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Print the version."),
-) -> None:
-    pass
+_ADDRESS_SPACE = 640 << 20  # bytes; with less, OpenBLAS ends the process or never returns
 
 
 def main() -> None:
-    """Entry point: a known error becomes one sentence and its exit status; anything else shows its trace."""
+    """Entry point. Exit status: `endings.py`; a known error is one sentence, of any other a file holds the trace."""
+    open_standard_streams()
+    stop_on_signals()
+    try:
+        _run_the_verb()
+    except BaseException as error:
+        cause = _swallowed(error) if isinstance(error, SystemExit) else error
+        if cause is None:
+            raise
+        ending = ending_of(cause)
+    else:
+        return
+    for line in (f"taskslam: {ending.sentence}", *ending.notes):
+        sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
+    sys.exit(ending.status)
+
+
+def _run_the_verb() -> None:
+    _check_the_ground()
+    # Imported here, since an import can fail as well, for want of memory as an example.
+    from taskslam.cli.app import app
+
     try:
         app()
-    except TaskSlamError as error:
-        typer.echo(f"taskslam: {error}", err=True)
-        for note in getattr(error, "__notes__", ()):
-            typer.echo(note, err=True)
-        sys.exit(error.exit_status)
-    except KeyboardInterrupt:
-        typer.echo("taskslam: interrupted; finished runs are kept, start again to go on", err=True)
-        sys.exit(130)
+    except SystemExit:
+        flush_standard_output()
+        raise
+    except BaseException:
+        with contextlib.suppress(DiskFullError):  # it must not hide what is to be told
+            flush_standard_output()
+        raise
+
+
+def _swallowed(leaving: SystemExit) -> BaseException | None:
+    """The error for which typer leaves with status 1 and without a word: a broken pipe or an end of file, anywhere."""
+    cause = leaving.__context__
+    if cause is not None and isinstance(cause.__cause__, EOFError):
+        cause = cause.__cause__
+    return cause if leaving.code == 1 and isinstance(cause, BrokenPipeError | EOFError) else None
+
+
+def _check_the_ground() -> None:
+    """Raise InfrastructureError where Python's libraries would end this process themselves, with a status of theirs."""
+    try:
+        os.getcwd()  # noqa: PTH109 its error is the question
+    except OSError as error:
+        raise InfrastructureError(f"the working folder cannot be used: {error.strerror}; go to another one") from error
+    granted, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if granted != resource.RLIM_INFINITY and granted < _ADDRESS_SPACE:
+        raise InfrastructureError(
+            f"out of memory: this process may have {granted >> 20} MiB of address space (ulimit -v); expected at least"
+            f" {_ADDRESS_SPACE >> 20}"
+        )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.endings import StoppedError
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
@@ -39,8 +41,9 @@ def suite(
 ) -> None:
     """Drive scenarios x methods x modes and compare them on one page. Start it again after a stop: it goes on.
 
-    Exit status: 0 everything was driven (a method that fails its task is a result, not an error); 2 wrong input or a
-    run that was refused; 3 infrastructure.
+    Exit status: 0 everything was driven (a method that fails its task is a result, not an error; one that is not
+    installed is named); 2 wrong input, or a run was refused; 3 infrastructure: a run failed for reasons of this
+    machine, or its process died. Stopped by a signal: 130, 143 or 129, and the rounds that had ended are kept.
 
     Examples:
         taskslam suite paper --jobs 2
@@ -54,9 +57,11 @@ def suite(
     from taskslam.benchmark.engine import Ending
     from taskslam.benchmark.engines.local import LocalEngine
     from taskslam.benchmark.sealing import sealed as sealed_with
+    from taskslam.benchmark.spec import run_folder
     from taskslam.benchmark.suite import load_suite, plan
     from taskslam.cli.progress import progress, suite_progress
     from taskslam.evaluation import evaluate_runs, write_metrics
+    from taskslam.record.run_directory import MANIFEST
     from taskslam.report import write_report
 
     chosen = [_mode(word) for word in _words(modes)]
@@ -66,9 +71,18 @@ def suite(
             sealed, world_path or [], observer,
         )  # fmt: skip
     engine = LocalEngine(jobs, planned.folders)
-    with suite_progress(quiet, len(planned.specs)) as watcher, sealed_with(out, sealed) as seal:
-        results = [*planned.refused, *engine.run(planned.specs, out, watcher)]
-        seal.keep = any(result.ending is Ending.FAILED for result in results)
+    try:
+        with (
+            suite_progress(quiet, len(planned.specs)) as watcher,
+            sealed_with(out, sealed) as seal,
+            closing(engine.run(planned.specs, out, watcher)) as ran,
+        ):
+            results = [*planned.refused, *ran]
+            seal.keep = any(result.ending is Ending.FAILED for result in results)
+    except StoppedError as stop:
+        done = sum((run_folder(out, spec) / MANIFEST).exists() for spec in planned.specs)
+        stop.add_note(f"{done} of {len(planned.specs)} runs are finished and kept; start again to go on")
+        raise
     _say_what_was_not_driven(results)
     if any(result.ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT} for result in results):
         write_metrics(out, evaluate_runs([out]))

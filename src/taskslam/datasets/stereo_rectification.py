@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.errors import DatasetError
 from taskslam.geometry import OPTICAL_IN_BODY, FloatArray, invert_se3
 from taskslam.robot import StereoCamera

@@ -208,6 +208,7 @@ class RunMetrics(_Part):
     accuracy and the share of estimation are not defined. method_options, latency, planner (the local one) and robot say
     in which way the method was run; null where it is not known.
     journal_damaged: a sentence with file and line for every line of the journal that could not be used.
+    files_changed: a sentence for every file that is not what it was when the run was finished.
     quantities: every quantity of the list by its key. behaviour: the version of what drove, null where it is not known.
     by_definition: where the numbers are those of the published code, what the paper's definitions give; else null.
     """
@@ -244,6 +245,7 @@ class RunMetrics(_Part):
     notices: int
     journal_truncated: bool
     journal_damaged: tuple[str, ...] = ()
+    files_changed: tuple[str, ...] = ()
     truth_frame: Literal["map", "waypoint"] = "map"
     method_options: dict[str, Any] = Field(default_factory=dict)
     latency: str | None = None

@@ -119,6 +119,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         notices=sum(isinstance(event, MethodNotice) for event in record.events),
         journal_truncated=record.truncated,
         journal_damaged=record.damaged,
+        files_changed=record.changed,
         truth_frame=manifest.truth_frame,
         method_options=manifest.method_options,
         latency=manifest.latency,

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.evaluation.trajectory_pairs import Pairs
 from taskslam.evaluation.trajectory_rotations import angle, between, rotation_angles
 from taskslam.geometry import FloatArray

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_rotations import rotation_angles
 from taskslam.geometry import FloatArray

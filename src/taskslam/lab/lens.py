@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray
 from taskslam.simulation.rendering.rasterizer import Pinhole

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import SE2, FloatArray
 from taskslam.navigation.inflation import INSCRIBED, LETHAL, inflate, inflation_costs
 from taskslam.navigation.obstacle_layer import Grid, PlacedScan, clear_and_mark, clear_disc

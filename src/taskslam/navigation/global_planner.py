@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import SE2, FloatArray, transform_points
 from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.settings import GlobalPlannerSettings

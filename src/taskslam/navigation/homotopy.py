@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy import ndimage
 
+from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 from taskslam.navigation.costmap import LocalCostmap, blocked
 from taskslam.navigation.settings import TebSettings

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.navigation.settings import CostmapSettings
 
 Grid = npt.NDArray[np.uint8]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import LaserScan
 

@@ -15,8 +15,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 from taskslam.navigation.settings import TebSettings
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 from taskslam.navigation.teb_problem import BAND, TebParameters, evaluate
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from taskslam.compiled import njit
 
 Bytes = npt.NDArray[Any]  # uint8; mypy would make of its elements what numba does not
 

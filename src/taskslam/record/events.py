@@ -75,6 +75,11 @@ class GoalFailed:
     estimate: SE2 | None
     odometry: SE2 | None
 
+    @property
+    def words(self) -> str:
+        """A sentence for people."""
+        return f"round {self.round}, goal {self.goal}: {self.outcome}: {self.detail}"
+
 
 @dataclass(frozen=True, slots=True)
 class GoalSkipped:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,16 +14,20 @@ from taskslam.record.events import Event, decode_event, encode_event
 
 
 class JournalWriter:
-    """Appends events to a new file; each line reaches the operating system before `write` returns."""
+    """Appends events to a journal; each line reaches the operating system before `write` returns."""
 
-    def __init__(self, path: Path) -> None:
-        """Create the journal. Raises DiskFullError if the folder cannot be written."""
+    def __init__(self, path: Path, keep: int = 0) -> None:
+        """Create the journal, or go on with one after its first `keep` bytes. A link is not followed.
+
+        Raises DiskFullError if it cannot be written.
+        """
         self.path = path
         with writing(path):
-            self._file = path.open("xb", buffering=0)
-            # Marks the run as under way. The lock dies with the process, so a killed run blocks nobody.
-            fcntl.flock(self._file, fcntl.LOCK_EX)
-        self._length = 0
+            flags = os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW | (0 if keep else os.O_CREAT | os.O_EXCL)
+            self._file = os.fdopen(os.open(path, flags, 0o666), "wb", buffering=0)
+            self._file.truncate(keep)
+            self._file.seek(keep)
+        self._length = keep
 
     def write(self, event: Event) -> None:
         """Append one event. Raises RecordError for a non-finite value, DiskFullError if it cannot be written."""
@@ -47,8 +50,6 @@ class JournalWriter:
             try:
                 os.fsync(self._file.fileno())
             finally:
-                # Explicitly, because a forked child that outlives us shares the lock through its copy of the file.
-                fcntl.flock(self._file, fcntl.LOCK_UN)
                 self._file.close()
 
     def __enter__(self) -> JournalWriter:

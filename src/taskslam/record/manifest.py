@@ -14,6 +14,7 @@ from taskslam.mode import Mode
 from taskslam.task import BUILTIN_PLANNER, GoalTolerance, Task
 from taskslam.user_files import complaint
 
+MANIFEST_FILE = "run.json"
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
 
 
@@ -48,7 +49,8 @@ class Manifest(_Part):
     benchmark's, since that began.
     truth_frame: `map`, or `waypoint` if true poses are in a frame of each waypoint's own, whose place in `map` is not
     known: then arrivals compare with one another, but not with the goal or with an estimate. unjudged: goals that leave
-    all denominators, with the reason, such as those that no camera watched.
+    all denominators, with the reason, such as those that no camera watched. files: SHA-256 of journal and trajectories
+    by their paths in the run directory; empty in older records.
     """
 
     format: Literal["taskslam-run/1"] = RUN_FORMAT
@@ -84,6 +86,7 @@ class Manifest(_Part):
     failure: str | None = None
     truth_frame: Literal["map", "waypoint"] = "map"
     unjudged: dict[int, str] = Field(default_factory=dict)
+    files: dict[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _scenario_holds_a_sequence(self) -> Manifest:

@@ -13,8 +13,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.errors import RecordError
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS

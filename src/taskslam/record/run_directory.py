@@ -5,19 +5,22 @@
     method.log        what the method printed
     round00/          truth.tum, estimate.tum, odometry.tum of each round, in the frame `map`
     plan.yaml, .png   the floor plan
+    spec.json         the run as one value, from which it can be driven again
 
-While a run is under way it lives in a hidden folder beside its place, `.<name>.partial`, which is renamed at the end.
+While a run is under way it lives in a hidden folder beside its place, `.<name>.partial`, which is renamed at the end;
+one process at a time writes it (`run_lock.py`). What an interrupted one leaves, the next start goes on with where it
+can (`resumption.py`), and removes otherwise. Nothing is written through a link.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
-import shutil
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, TypeAlias, get_args
@@ -26,15 +29,19 @@ import numpy as np
 from pydantic import ValidationError
 
 from taskslam.errors import RecordError
-from taskslam.files import sync_folder, write_whole, writing
+from taskslam.files import remove, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
+from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
-from taskslam.record.manifest import RUN_FORMAT, Manifest
+from taskslam.record.manifest import MANIFEST_FILE, RUN_FORMAT, Manifest
+from taskslam.record.place import is_plain, is_taken, move_into_place, partial_folder, settle_locked
+from taskslam.record.resumption import TALLY, Resumption, Tally, add_tally, read_resumption
+from taskslam.record.run_lock import RunLock
 from taskslam.record.salvage import salvage
 from taskslam.record.trajectories import SpatialTrajectory, Trajectory, read_trajectory, write_trajectory
 
-MANIFEST, JOURNAL, METHOD_LOG = "run.json", "journal.jsonl", "method.log"
+MANIFEST, JOURNAL, METHOD_LOG, SPEC = MANIFEST_FILE, "journal.jsonl", "method.log", "spec.json"
 PoseName: TypeAlias = Literal["truth", "estimate", "odometry"]
 POSE_NAMES: tuple[PoseName, ...] = get_args(PoseName)
 
@@ -49,27 +56,62 @@ class RunWriter:
         run.finish(manifest)
     """
 
-    def __init__(self, directory: Path, replace: bool = False) -> None:
-        """Begin a run that will stand at `directory`; what a killed run left there half-written is removed.
+    def __init__(
+        self, directory: Path, replace: bool = False, spec: str | None = None, resume: bool = False, dice: str = ""
+    ) -> None:
+        """Begin a run that will stand at `directory`, or go on with what an interrupted start left of it.
 
-        replace: a finished run at `directory` is replaced when this one finishes. Raises RecordError if it exists and
-        `replace` is not set, or if another process is writing it; DiskFullError if the place is not writable.
+        replace: a finished run at `directory` is replaced when this one finishes. spec: the run as one value, for
+        spec.json. resume: rounds of the very same spec that had ended are kept: then `resumed` tells of them. dice: of
+        a sealed run, a word that tells its noise from another's, and from which that cannot be had. notice:
+        what became of an interrupted start, empty where there was none. began_utc: ISO 8601, when the run began: its
+        first start; may be set before a round ends.
+
+        Raises RecordError if the directory exists and `replace` is not set, or if another process is writing it;
+        DiskFullError if the place is not writable.
         """
         self.directory = directory.absolute()
         self.folder = partial_folder(self.directory)
-        self._replace = replace
+        self.resumed, self.notice = Resumption(), ""
+        self._replace, self._dice = replace, dice
         self._poses: dict[tuple[int, PoseName], list[tuple[int, SE2 | FloatArray]]] = {}
-        self._written: set[int] = set()
         self._finished = False
-        if not replace and (self.directory.is_file() or (self.directory.is_dir() and any(self.directory.iterdir()))):
-            raise RecordError(f"{self.directory}: exists already; expected the name of a new folder for this run")
         with writing(self.directory):
             self.directory.parent.mkdir(parents=True, exist_ok=True)
-            if self.folder.exists():
-                _refuse_if_in_use(self.folder)
-                shutil.rmtree(self.folder)
+        self._lock = RunLock(self.directory)
+        try:
+            settle_locked(self.directory)
+            if not replace and is_taken(self.directory):
+                raise RecordError(f"{self.directory}: exists already; expected the name of a new folder for this run")
+            with writing(self.directory):
+                self._take_over(spec, resume)
+            self._journal = JournalWriter(self.folder / JOURNAL, self.resumed.journal_bytes)
+            if spec is not None:
+                write_whole(self.folder / SPEC, spec + "\n")
+        except BaseException:
+            self._lock.release()
+            raise
+        self._written = set(range(self.resumed.rounds))
+        self._resumable = resume
+        self.began_utc = self.resumed.began_utc or datetime.now(UTC).isoformat()
+        self._round_began = time.perf_counter()
+
+    def _take_over(self, spec: str | None, resume: bool) -> None:
+        """Keep of an interrupted start the rounds that ended, if it was of this spec; remove what else it left."""
+        if self.folder.is_dir():
+            same = spec is not None and is_plain(self.folder) and _text(self.folder / SPEC) == spec + "\n"
+            if same and resume:
+                self.resumed = read_resumption(self.folder / JOURNAL, self.folder / TALLY, self._dice)
+            self.notice = _what_became(self.directory, self.resumed.rounds, same, resume)
+        if not self.resumed.rounds:
+            remove(self.folder)
             self.folder.mkdir()
-        self._journal = JournalWriter(self.folder / JOURNAL)
+            return
+        for path in self.folder.iterdir():
+            if path not in {round_folder(self.folder, number) for number in range(self.resumed.rounds)} and (
+                path.name not in {JOURNAL, TALLY, METHOD_LOG}
+            ):
+                remove(path)
 
     @property
     def method_log(self) -> Path:
@@ -77,10 +119,34 @@ class RunWriter:
         return self.folder / METHOD_LOG
 
     def event(self, event: Event) -> None:
-        """Append an event to the journal; `RoundEnded` also writes the round's trajectories. Raises DiskFullError."""
-        self._journal.write(event)
+        """Append an event to the journal; before `RoundEnded` the round's trajectories are written.
+
+        Raises DiskFullError.
+        """
         if isinstance(event, RoundEnded):
             self._write_round(event.round)
+        self._journal.write(event)
+
+    def tally(self, number: int, compute_s: float, peak_bytes: int, cpu_s: float = 0.0, stop_failure: str = "") -> None:
+        """Remember, before round `number` ends, what it took of the method: for whoever must go on after it.
+
+        Raises DiskFullError.
+        """
+        now = time.perf_counter()
+        wall_s, self._round_began = now - self._round_began, now
+        add_tally(
+            self.folder / TALLY,
+            Tally(
+                round=number,
+                began_utc=self.began_utc,
+                wall_s=wall_s,
+                compute_s=compute_s,
+                peak_bytes=peak_bytes,
+                cpu_s=cpu_s,
+                stop_failure=stop_failure,
+                dice=self._dice,
+            ),
+        )
 
     def pose(self, name: PoseName, round: int, stamp: int, pose: SE2 | FloatArray) -> None:  # noqa: A002 its word
         """Remember a pose in `map` at an instant (ns) for the round's trajectory file.
@@ -104,11 +170,13 @@ class RunWriter:
         checked = validate_manifest(manifest, self.folder / MANIFEST)
         self._write_open_rounds()
         self._journal.close()
-        write_whole(self.folder / MANIFEST, _json(checked.model_dump(mode="json")))
         with writing(self.folder):
-            _sync_tree(self.folder)
-        _move_into_place(self.folder, self.directory, self._replace)
+            remove(self.folder / TALLY)
+            checked = checked.model_copy(update={"files": digests(self.folder)})
+        write_whole(self.folder / MANIFEST, _json(checked.model_dump(mode="json")))
+        move_into_place(self.folder, self.directory, self._replace)
         self._finished = True
+        self._lock.release()
         return self.directory
 
     def __enter__(self) -> RunWriter:
@@ -117,16 +185,24 @@ class RunWriter:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
         if self._finished:
             return
+        try:
+            self._leave(error)
+        finally:
+            self._lock.release()
+
+    def _leave(self, error: BaseException | None) -> None:
         if error is None:
             self._write_open_rounds()
             self._journal.close()
             return
         # The first failure is the one to report: saving the rest is a best effort that must not hide it.
+        ended = len(self._written)
         with contextlib.suppress(Exception):
             self._write_open_rounds()
         with contextlib.suppress(Exception):
             self._journal.close()
-        error.add_note(f"What was measured so far is kept in {self.folder}")
+        more = f": {_rounds(ended)} ended, after which the next start goes on" if self._resumable and ended else ""
+        error.add_note(f"What was measured so far is kept in {self.folder}{more}")
 
     def _write_open_rounds(self) -> None:
         for number in sorted({key[0] for key in self._poses}):
@@ -150,7 +226,7 @@ class RunRecord:
     """A finished run, read back. truncated: the journal's last line was cut off.
 
     damaged: a sentence for every line of the journal that could not be used; lost: rounds and goals of arrivals that
-    went with them (`salvage.py`).
+    went with them (`salvage.py`). changed: a sentence for every file that is not as run.json says that it was written.
     """
 
     directory: Path
@@ -159,6 +235,7 @@ class RunRecord:
     truncated: bool = False
     damaged: tuple[str, ...] = ()
     lost: frozenset[tuple[int, int]] = frozenset()
+    changed: tuple[str, ...] = ()
 
     def rounds(self) -> tuple[RoundStarted, ...]:
         """The rounds that were begun, in order, the priming round included."""
@@ -175,7 +252,7 @@ class RunRecord:
 def load_run(directory: Path, damaged: bool = False) -> RunRecord:
     """Read a run directory. Raises RecordError naming the file, the place in it and what was expected.
 
-    damaged: whether to take a journal with damaged lines, and make the best of it.
+    damaged: whether to take a journal with damaged lines, make the best of it, and compare files with their digests.
     """
     path = directory / MANIFEST
     try:
@@ -194,7 +271,8 @@ def load_run(directory: Path, damaged: bool = False) -> RunRecord:
         return RunRecord(directory, manifest, journal.events, journal.truncated)
     lines, truncated = read_lines(directory / JOURNAL)
     found = salvage(lines, manifest, directory / JOURNAL)
-    return RunRecord(directory, manifest, found.events, truncated, found.damaged, found.lost)
+    changed = changed_files(directory, manifest.files)
+    return RunRecord(directory, manifest, found.events, truncated, found.damaged, found.lost, changed)
 
 
 def validate_manifest(content: object, path: Path) -> Manifest:
@@ -223,11 +301,6 @@ def find_partial_runs(directory: Path) -> list[Path]:
     return sorted(folder for folder, whole in _walk(directory) if not whole)
 
 
-def partial_folder(directory: Path) -> Path:
-    """Where a run lives until it is finished."""
-    return directory.with_name(f".{directory.name}.partial")
-
-
 def round_folder(directory: Path, round: int) -> Path:  # noqa: A002 the protocol's word
     """Where a round's trajectories stand."""
     return directory / f"round{round:02d}"
@@ -250,42 +323,28 @@ def _walk(directory: Path) -> list[tuple[Path, bool]]:
     return found
 
 
-def _refuse_if_in_use(folder: Path) -> None:
-    """A lock on the journal dies with the process that writes it, so a killed run never blocks the next one."""
+def _what_became(directory: Path, kept: int, same: bool, resume: bool) -> str:
+    if kept:
+        return f"{directory}: interrupted before; goes on after {_rounds(kept)} that ended"
+    why = (
+        "it was of another configuration or version"
+        if not same
+        else "no round of it had ended"
+        if resume
+        else "its rounds are one lifetime of the method"
+    )
+    return f"{directory}: an interrupted start is removed, and the run begins anew: {why}"
+
+
+def _rounds(count: int) -> str:
+    return "1 round" if count == 1 else f"{count} rounds"
+
+
+def _text(path: Path) -> str | None:
     try:
-        with (folder / JOURNAL).open("rb") as journal:
-            fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except FileNotFoundError:
-        return
-    except BlockingIOError:
-        raise RecordError(
-            f"{folder}: another process is writing this run; wait for it or name another folder"
-        ) from None
-
-
-def _move_into_place(folder: Path, directory: Path, replace: bool) -> None:
-    with writing(directory):
-        if replace and directory.exists():
-            old = directory.with_name(f".{directory.name}.replaced")
-            if old.exists():
-                shutil.rmtree(old)
-            directory.rename(old)
-            folder.rename(directory)
-            shutil.rmtree(old)
-        else:
-            folder.rename(directory)
-        sync_folder(directory.parent)
-
-
-def _sync_tree(folder: Path) -> None:
-    for place, _, files in os.walk(folder):
-        for name in files:
-            descriptor = os.open(Path(place) / name, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
-        sync_folder(Path(place))
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
 
 
 def _json(content: object) -> str:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.robot import Footprint
 from taskslam.world import World
 from taskslam.world.slicing import slab_polygons

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import SE2, FloatArray
 
 _KEEP = 128  # steps; longer than any sensor's sweep

@@ -81,6 +81,10 @@ class Simulator:
             device.reset(self._resets)
         self._schedule = [_Scheduled(device, self.now) for device in self._devices]
 
+    def go_on(self, now: int, resets: int) -> None:
+        """Be as a simulator at time `now` (ns) after so many calls of `reset`; the next of them decides the rest."""
+        self.now, self._resets = now, resets
+
     def drive(self, linear: float, angular: float) -> None:
         """Command body velocities (m/s, rad/s); they lapse after the drive's command timeout."""
         limits = self._robot.drive

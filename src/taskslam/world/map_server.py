@@ -18,6 +18,7 @@ from PIL import Image
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from taskslam.errors import FloorPlanError
+from taskslam.files import write_whole
 from taskslam.geometry import SE2, FloatArray
 from taskslam.user_files import read_model
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
@@ -79,7 +80,7 @@ def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png
     """Write `yaml_path` and, beside it under the same stem, the image; `load_floor_plan` gives the same plan back.
 
     Raises:
-        FloorPlanError: a file cannot be written.
+        DiskFullError: a file cannot be written. RecordError: there is no place for it.
     """
     yaml_path = Path(yaml_path)
     grey = np.full(plan.cells.shape, _GREY_OF[UNKNOWN], np.uint8)
@@ -102,11 +103,8 @@ def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png
         "occupied_thresh": 0.65,
         "free_thresh": 0.196,
     }
-    try:
-        image_path.write_bytes(data)
-        yaml_path.write_text(yaml.safe_dump(settings, sort_keys=False), encoding="utf-8")
-    except OSError as error:
-        raise FloorPlanError(f"{yaml_path}: cannot write the floor plan: {error.strerror}") from error
+    write_whole(image_path, data)
+    write_whole(yaml_path, yaml.safe_dump(settings, sort_keys=False))
 
 
 def _read_image(yaml_path: Path, name: str, average_alpha: bool) -> tuple[FloatArray, npt.NDArray[np.bool_]]:

@@ -10,9 +10,9 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy import ndimage
 
+from taskslam.compiled import njit
 from taskslam.errors import FloorPlanError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.simulation.rendering.rasterizer import screen_planes
 
 _SEGMENT = 16

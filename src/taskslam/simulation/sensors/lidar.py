@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.measurements import NANOSECONDS, LaserScan, Sensor
 from taskslam.robot import Lidar2D
 from taskslam.simulation.motion import Motion

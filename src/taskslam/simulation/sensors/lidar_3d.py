@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.measurements import NANOSECONDS, PointCloud, Sensor
 from taskslam.robot import Lidar3D
 from taskslam.simulation.motion import Motion

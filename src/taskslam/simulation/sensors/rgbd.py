@@ -12,8 +12,8 @@ from typing import Self
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.measurements import RgbdImages, Sensor
 from taskslam.robot.rgbd import RgbdCamera

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 from taskslam.slam.hector.occupancy_grid import LogOdds, OccupancyGrid
 

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 
 Bytes = npt.NDArray[np.uint8]

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from taskslam.compiled import njit
 from taskslam.geometry import FloatArray, wrap
 from taskslam.slam.karto.correlation_grid import FULL, Bytes, CorrelationGrid
 from taskslam.slam.karto.scan_points import Points, ScanPoints, thin

@@ -1,0 +1,34 @@
+"""SHA-256 of what a run recorded, journal and trajectories: so that a file that has changed since can be named."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+_RECORDED = ("journal.jsonl", "round*/*.tum")
+
+
+def digests(folder: Path) -> dict[str, str]:
+    """Digests of the recorded files of a run, by their paths in it."""
+    files = sorted(path for pattern in _RECORDED for path in folder.glob(pattern))
+    return {path.relative_to(folder).as_posix(): _digest(path) for path in files}
+
+
+def changed_files(folder: Path, expected: Mapping[str, str]) -> tuple[str, ...]:
+    """A sentence for every file that is not what it was when the run was finished."""
+    sentences = []
+    for name, digest in expected.items():
+        try:
+            found = _digest(folder / name)
+        except OSError as error:
+            sentences.append(f"{folder / name}: cannot be read: {error.strerror}")
+        else:
+            if found != digest:
+                sentences.append(f"{folder / name}: has changed since the run was finished: its SHA-256 is another")
+    return tuple(sentences)
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
