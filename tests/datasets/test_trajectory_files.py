@@ -134,8 +134,8 @@ def test_a_file_that_is_not_there(tmp_path, name):
 
 
 def test_a_folder_and_a_device(tmp_path):
-    assert "expected a file of numbers" in refusal(tmp_path)
-    assert "expected a file of numbers" in refusal("/dev/zero")
+    assert "found a folder, expected a file" in refusal(tmp_path)
+    assert "found a pipe or a device, expected a file" in refusal("/dev/zero")
 
 
 def test_a_colon_in_the_name_of_a_file_is_no_topic(tmp_path):

@@ -73,7 +73,7 @@ def test_undecodable_output_of_a_guest_can_be_written():
         ('{"event": "run_ended", "t": 1, "complete": true, "wall": 3}', "expected the fields"),
         ('{"event": "run_ended", "t": 1, "complete": 1}', "expected true or false"),
         ('{"event": "run_ended", "t": NaN, "complete": true}', "expected value at line 1 column 29"),
-        ('{"event": "run_ended", "t": -1, "complete": true}', "not negative"),
+        ('{"event": "run_ended", "t": -1, "complete": true}', "expected an integer from 0"),
         ('{"event": "run_ended", "t": true, "complete": true}', "expected an integer"),
         ('{"event": "goal_started", "goal": 0, "round": 0, "t": 0, "target": [1, 2]}', r"expected \[x, y, theta\]"),
         ('{"event": "goal_started", "goal": 0, "round": 0, "t": 0, "target": [1, 2, 1e999]}', "three finite numbers"),

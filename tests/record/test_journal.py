@@ -56,7 +56,7 @@ def test_a_corrupt_line_names_file_and_line(written, junk):
 
 
 def test_a_missing_journal_is_named(tmp_path):
-    with pytest.raises(RecordError, match=r"journal\.jsonl: the journal cannot be read"):
+    with pytest.raises(RecordError, match=r"journal\.jsonl: cannot read the journal"):
         read_journal(tmp_path / "journal.jsonl")
 
 

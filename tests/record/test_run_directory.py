@@ -208,7 +208,7 @@ def test_a_folder_without_a_manifest_is_refused(tmp_path, events, manifest):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda text: text[: len(text) // 2], r"run\.json: expected a JSON object"),
+        (lambda text: text[: len(text) // 2], r"run\.json: cannot read the run: not JSON"),
         (lambda text: "[]", r"run\.json: "),
         (lambda text: text.replace("taskslam-run/1", "taskslam-run/9"), "format 'taskslam-run/9'; this version reads"),
         (lambda text: text.replace('"seed": 0', '"seed": "x"'), r"run\.json: seed: "),

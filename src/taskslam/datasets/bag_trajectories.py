@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from taskslam.datasets.bag_files import check_bag_files
 from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajectory
 from taskslam.errors import TrajectoryError
 from taskslam.measurements import NANOSECONDS
@@ -38,8 +39,7 @@ def read_bag_trajectory(path: Path, topic: str | None = None) -> ReadTrajectory:
     """
     if not path.exists():
         raise TrajectoryError(f"{path}: no such recording")
-    if not (path.is_file() or path.is_dir()):
-        raise TrajectoryError(f"{path}: expected a recording, found a device")
+    check_bag_files(path, TrajectoryError)
     try:
         rows = _rows(path, topic)
     except TrajectoryError:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import ValidationError
 
 from taskslam.datasets.asl_tables import Row, SensorFile, read_rows, read_sensor_file
 from taskslam.datasets.dataset import Dataset, TruthPose, order
@@ -30,6 +31,7 @@ from taskslam.datasets.stereo_rectification import (
 from taskslam.errors import DatasetError
 from taskslam.measurements import ImuSamples, Measurement, Sensor, StereoImages
 from taskslam.robot import Imu, Robot, SensorRig, load_robot
+from taskslam.user_files import check, complaint
 
 ROBOT_FILE = "robot.yaml"
 CAMERAS = ("cam0", "cam1")
@@ -145,8 +147,9 @@ class EurocFolder(Dataset):
         image = read_image(self._image_path(first, CAMERAS[0]), first.where, self._size)
         try:
             return Rectifier(cameras[0], cameras[1], files[0].number("rate_hz"), image.ndim == 3)
-        except DatasetError as error:
-            raise DatasetError(f"{self._root}: {error}") from error
+        except (DatasetError, ValidationError) as error:
+            why = complaint(error) if isinstance(error, ValidationError) else error
+            raise DatasetError(f"{self._root}: {why}") from error
 
     def _read_imu(self) -> Imu:
         """From densities to the standard deviation of one sample; what the bias is at the start, nobody says."""
@@ -154,14 +157,15 @@ class EurocFolder(Dataset):
         rate = file.number("rate_hz")
         if rate <= 0:
             raise DatasetError(f"{file.path}: rate_hz: expected a positive number")
-        return Imu(
-            mount=mount_of(file.mount()),
-            rate=rate,
-            gyro_noise=file.number("gyroscope_noise_density") * math.sqrt(rate),
-            gyro_bias=0.0,
-            accel_noise=file.number("accelerometer_noise_density") * math.sqrt(rate),
-            accel_bias=0.0,
-        )
+        sheet = {
+            "mount": mount_of(file.mount()),
+            "rate": rate,
+            "gyro_noise": file.number("gyroscope_noise_density") * math.sqrt(rate),
+            "gyro_bias": 0.0,
+            "accel_noise": file.number("accelerometer_noise_density") * math.sqrt(rate),
+            "accel_bias": 0.0,
+        }
+        return check(Imu, sheet, str(file.path), DatasetError)
 
 
 def _calibration(file: SensorFile) -> CameraCalibration:

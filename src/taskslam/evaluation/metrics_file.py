@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from taskslam.errors import RecordError
 from taskslam.files import write_whole
+from taskslam.reading import LARGEST_METRICS, read_bytes
 from taskslam.user_files import complaint
 
 METRICS_FORMAT: Literal["taskslam-metrics/3"] = "taskslam-metrics/3"
@@ -347,9 +348,8 @@ def _pieces(metrics: MetricsFile) -> Iterator[str]:
 
 def read_metrics(path: Path) -> MetricsFile:
     """Read a metrics.json. Raises RecordError naming the file and what was expected."""
+    data = read_bytes(path, "metrics", RecordError, LARGEST_METRICS)
     try:
-        return MetricsFile.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
+        return MetricsFile.model_validate_json(data)
     except ValidationError as error:
         raise RecordError(f"{path}: expected {METRICS_FORMAT!r}: {complaint(error, MetricsFile)}") from None

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from taskslam.geometry import SE2
 from taskslam.mode import Mode
-from taskslam.task import BUILTIN_PLANNER, GoalTolerance, Task
+from taskslam.task import BUILTIN_PLANNER, MOST_ARRIVALS, MOST_ROUNDS, GoalTolerance, Task
 from taskslam.user_files import complaint
 
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
@@ -63,7 +63,7 @@ class Manifest(_Part):
     method_options: dict[str, Any] = Field(default_factory=dict)
     mode: Mode
     seed: int
-    rounds: int = Field(ge=1)
+    rounds: int = Field(ge=1, le=MOST_ROUNDS)
     latency: str
     goal_tolerance: GoalTolerance = GoalTolerance()
     versions: dict[str, str] = Field(default_factory=dict)
@@ -87,6 +87,8 @@ class Manifest(_Part):
             raise ValueError("scenario.sequence: Field required")
         if not self.goals:
             raise ValueError("scenario.sequence holds no goal")
+        if self.rounds * len(self.goals) > MOST_ARRIVALS:
+            raise ValueError(f"{self.rounds} rounds of {len(self.goals)} goals are more than {MOST_ARRIVALS} arrivals")
         for goal in self.unjudged:
             if not 0 <= goal < len(self.goals):
                 raise ValueError(f"unjudged names goal {goal} of {len(self.goals)}")

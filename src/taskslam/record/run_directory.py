@@ -28,6 +28,7 @@ from pydantic import ValidationError
 from taskslam.errors import RecordError
 from taskslam.files import sync_folder, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
+from taskslam.reading import LARGEST_MANIFEST, read_json
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import RUN_FORMAT, Manifest
@@ -178,17 +179,11 @@ def load_run(directory: Path, damaged: bool = False) -> RunRecord:
     damaged: whether to take a journal with damaged lines, and make the best of it.
     """
     path = directory / MANIFEST
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not path.exists():
         if (directory / JOURNAL).exists():
-            raise RecordError(f"{directory}: half-written: it has a journal but no {MANIFEST}") from None
-        raise RecordError(f"{directory}: not a run directory; expected a folder that holds {MANIFEST}") from None
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:
-        raise RecordError(f"{path}: expected a JSON object, but {error}") from None
-    manifest = validate_manifest(content, path)
+            raise RecordError(f"{directory}: half-written: it has a journal but no {MANIFEST}")
+        raise RecordError(f"{directory}: not a run directory; expected a folder that holds {MANIFEST}")
+    manifest = validate_manifest(read_json(path, "run", RecordError, LARGEST_MANIFEST), path)
     if not damaged:
         journal = read_journal(directory / JOURNAL)
         return RunRecord(directory, manifest, journal.events, journal.truncated)

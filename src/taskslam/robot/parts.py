@@ -16,13 +16,14 @@ from taskslam.geometry import FloatArray, pose_from_xyz_rpy
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Rate = Annotated[float, Field(gt=0, le=100_000)]  # Hz
 Vector3 = tuple[float, float, float]
 
 
 class Part(BaseModel):
     """Anything that a robot is made of: frozen, and no key unknown."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def image_bytes(self) -> tuple[int, ...]:
         """Bytes of each image of one measurement, which then travel in shared memory; none for what takes no images."""
@@ -44,8 +45,8 @@ class Lidar2D(Part):
     """A planar LiDAR; ray i points along angle_min + i * (angle_max - angle_min) / (samples - 1)."""
 
     mount: Mount
-    rate: Positive
-    samples: Annotated[int, Field(ge=2)]
+    rate: Rate
+    samples: Annotated[int, Field(ge=2, le=100_000)]
     angle_min: float
     angle_max: float
     range_min: NonNegative
@@ -72,8 +73,8 @@ class OdometryNoise(Part):
     per square root of a metre; rate: Hz of the published odometry.
     """
 
-    rate: Positive
-    gyro_rate: Positive
+    rate: Rate
+    gyro_rate: Rate
     gyro_noise: NonNegative
     gyro_bias: NonNegative
     scale: float = 0.0
@@ -87,9 +88,9 @@ class Lidar3D(Part):
     """
 
     mount: Mount
-    rate: Positive
+    rate: Rate
     rings: Annotated[int, Field(ge=1, le=256)]
-    samples: Annotated[int, Field(ge=2)]
+    samples: Annotated[int, Field(ge=2, le=100_000)]
     elevation_min: float
     elevation_max: float
     range_min: NonNegative
@@ -107,7 +108,7 @@ class Camera(Part):
     """
 
     mount: Mount
-    rate: Positive
+    rate: Rate
     width: Annotated[int, Field(ge=16, le=8192)]
     height: Annotated[int, Field(ge=16, le=8192)]
     horizontal_fov: Annotated[float, Field(gt=0, lt=3.1)]
@@ -149,7 +150,7 @@ class Imu(Part):
     """
 
     mount: Mount
-    rate: Positive
+    rate: Rate
     gyro_noise: NonNegative
     gyro_bias: NonNegative
     accel_noise: NonNegative

@@ -115,11 +115,11 @@ def test_world_including_itself_is_refused(site):
 
 
 def test_includes_that_multiply_without_end_are_refused(site, link, monkeypatch):
-    monkeypatch.setattr(models, "_MOST_MODELS", 500)
+    monkeypatch.setattr(models, "_MOST_PARTS", 500)
     site.model("m0", link())
     for level in range(1, 25):
         site.model(f"m{level}", include(f"model://m{level - 1}", "<name>a</name>") * 3)
-    with pytest.raises(WorldError, match=r"comes to more than 500 models"):
+    with pytest.raises(WorldError, match=r"comes to more than 500 models and parts"):
         site.load(include("model://m24"))
 
 

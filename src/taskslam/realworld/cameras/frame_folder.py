@@ -11,6 +11,7 @@ from pathlib import Path
 from taskslam.errors import InputError
 from taskslam.files import write_whole, writing
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import LARGEST_LOG, read_bytes
 from taskslam.realworld.cameras.host_clock import ClockState
 
 TABLE = "frames.csv"
@@ -56,11 +57,11 @@ class FrameFolder:
         if not self._table.exists():
             write_whole(self._table, _HEADER)
             return 0
-        with writing(self._table), self._table.open("rb+") as file:
-            content = file.read()
-            if not content.startswith(_HEADER.encode()):
-                raise InputError(f"{self._table}: not the table of a recording; name another folder")
-            whole = content.rfind(b"\n") + 1
-            if whole < len(content):
-                file.truncate(whole)
+        content = read_bytes(self._table, "table of a recording", InputError, LARGEST_LOG)
+        if not content.startswith(_HEADER.encode()):
+            raise InputError(f"{self._table}: not the table of a recording; name another folder")
+        whole = content.rfind(b"\n") + 1
+        if whole < len(content):
+            with writing(self._table):
+                os.truncate(self._table, whole)
         return content.count(b"\n", 0, whole) - 1

@@ -14,6 +14,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from taskslam.errors import WorldError
+from taskslam.reading import LARGEST_WORLD_FILE, open_file
 from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
 
 PATH_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
@@ -75,12 +76,9 @@ class Resources:
 
     def read(self, path: Path) -> bytes:
         """Content of a file; raises WorldError naming it if it cannot be read."""
-        try:
-            with path.open("rb") as file:
-                status = os.fstat(file.fileno())
-                data = file.read()
-        except OSError as error:
-            raise WorldError(f"{path} cannot be read: {error.strerror or error}.") from error
+        with open_file(path, "file of a world", WorldError, LARGEST_WORLD_FILE) as file:
+            status = os.fstat(file.fileno())
+            data = file.read(status.st_size)
         digest = hashlib.sha256(data).hexdigest()
         self._stamps[str(path)] = FileStamp(str(path), status.st_size, status.st_mtime_ns, digest)
         return data

@@ -1,0 +1,26 @@
+"""The files of a bag, looked at before a library opens them: ordinary ones, all that the metadata names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from taskslam.errors import TaskSlamError
+from taskslam.reading import open_file
+from taskslam.user_files import read_mapping
+
+METADATA = "metadata.yaml"
+
+
+def check_bag_files(path: Path, error: type[TaskSlamError]) -> None:
+    """A bag's file, or the folder of a ROS 2 bag. A recording may be of any size, so sizes are not looked at.
+
+    Raises `error`: a file is missing, or is a pipe or a device; the metadata are no YAML of at most 1 MB.
+    """
+    if not path.is_dir():
+        open_file(path, "bag", error).close()
+        return
+    content = read_mapping(path / METADATA, "metadata of the bag", error, "the key rosbag2_bagfile_information")
+    information = content.get("rosbag2_bagfile_information")
+    names = information.get("relative_file_paths") if isinstance(information, dict) else None
+    for name in names if isinstance(names, list) else ():
+        open_file(path / str(name), "bag", error).close()
