@@ -32,3 +32,8 @@ def printable(text: str, longest: int | None = None) -> str:
 def one_line(text: str, longest: int | None = None) -> str:
     """The same in one line, with single blanks."""
     return printable(" ".join(printable(text).split()), longest)
+
+
+def in_markdown(text: str, longest: int | None = None) -> str:
+    """The same in one line in which Markdown begins no cell of a table, no tag, no link and no code."""
+    return re.sub(r"([\\|\[`])", r"\\\1", one_line(text, longest)).replace("<", "&lt;")

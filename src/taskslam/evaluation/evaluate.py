@@ -13,6 +13,7 @@ from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics, r
 from taskslam.evaluation.names import method_labels
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.evaluation.upstream import NONE, Deviations, names_of
+from taskslam.printable import printable
 from taskslam.record import RunRecord, find_partial_runs, find_runs, load_run
 
 
@@ -69,13 +70,15 @@ def _each_run(
 ) -> Iterator[tuple[RunRecord, RunMetrics]]:
     """Record and metrics of one run after the other; what cannot be evaluated is added to `left_out`."""
     found, partial = _find(paths)
-    left_out += [LeftOut(directory=name, reason="half-written: stopped, or still under way") for name in partial]
+    left_out += [
+        LeftOut(directory=printable(name), reason="half-written: stopped, or still under way") for name in partial
+    ]
     for name in sorted(found):
         try:
             record = load_run(found[name], damaged=True)
-            metrics = run_metrics(record, name, deviations)
+            metrics = run_metrics(record, printable(name), deviations)
         except RecordError as error:
-            left_out.append(LeftOut(directory=name, reason=str(error)))
+            left_out.append(LeftOut(directory=printable(name), reason=printable(str(error))))
         else:
             yield record, metrics
 
