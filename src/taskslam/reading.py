@@ -16,7 +16,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, BinaryIO
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +48,20 @@ MOST_TRIANGLES = 20_000_000  # of a world
 Arrays = dict[str, npt.NDArray[Any]]
 
 
-def open_file(path: Path, what: str, error: type[Exception], largest: int | None = None) -> BinaryIO:
+class OrdinaryFile(io.BufferedReader):
+    """An open file that allocates no more for a `read` than it holds, whatever size a damaged header asked for."""
+
+    def __init__(self, raw: io.FileIO, size: int) -> None:
+        super().__init__(raw)
+        self._size = size
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """At most so many bytes, and none that came after it was opened."""
+        left = max(self._size - self.tell(), 0)
+        return super().read(left if size is None or size < 0 else min(size, left))
+
+
+def open_file(path: Path, what: str, error: type[Exception], largest: int | None = None) -> OrdinaryFile:
     """An ordinary file, opened for reading bytes. largest: bytes that it may hold; None where it is read as a stream.
 
     Raises `error`: it cannot be opened, is a folder, a pipe or a device, or is larger.
@@ -68,14 +81,14 @@ def open_file(path: Path, what: str, error: type[Exception], largest: int | None
     if wrong:
         os.close(descriptor)
         raise error(wrong)
-    return os.fdopen(descriptor, "rb")
+    return OrdinaryFile(io.FileIO(descriptor), status.st_size)
 
 
 def read_bytes(path: Path, what: str, error: type[Exception], largest: int) -> bytes:
     """All bytes of a file, as many as it had when it was opened. Raises `error` as `open_file` does."""
     with open_file(path, what, error, largest) as file:
         try:
-            return file.read(os.fstat(file.fileno()).st_size)
+            return file.read()
         except OSError as fault:
             raise error(f"{path}: cannot read the {what}: {fault.strerror}") from fault
 

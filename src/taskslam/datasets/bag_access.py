@@ -17,7 +17,7 @@ from rosbags.rosbag2 import Reader as Rosbag2Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from taskslam.datasets.bag_files import check_bag_files
+from taskslam.datasets.bag_files import BagPath, check_bag_files
 from taskslam.errors import DatasetError, TaskSlamError
 
 _TF = "tf2_msgs/msg/TFMessage"
@@ -98,7 +98,7 @@ def _is_bag(place: Path) -> bool:
 def _opened(path: Path) -> Iterator[Any]:
     check_bag_files(path, DatasetError)
     with _foreign_errors(path, "cannot be opened as a bag"):
-        reader: Any = Rosbag1Reader(path) if _is_ros1(path) else Rosbag2Reader(path)
+        reader: Any = (Rosbag1Reader if _is_ros1(path) else Rosbag2Reader)(BagPath(path))
         reader.open()
     try:
         yield reader

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from taskslam.datasets.bag_files import check_bag_files
+from taskslam.datasets.bag_files import BagPath, check_bag_files
 from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajectory
 from taskslam.errors import TrajectoryError
 from taskslam.measurements import NANOSECONDS
@@ -62,7 +62,7 @@ def _rows(path: Path, topic: str | None) -> list[tuple[float, ...]]:
     ros1 = path.suffix.lower() == ".bag" and path.is_file()
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
     rows: list[tuple[float, ...]] = []
-    with Ros1Reader(path) if ros1 else Ros2Reader(path) as reader:
+    with (Ros1Reader if ros1 else Ros2Reader)(BagPath(path)) as reader:
         chosen = _choose(path, topic, {link.topic: link.msgtype for link in reader.connections})
         links = [link for link in reader.connections if link.topic == chosen]
         for link, _, data in reader.messages(links):

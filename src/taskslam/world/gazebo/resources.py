@@ -78,7 +78,7 @@ class Resources:
         """Content of a file; raises WorldError naming it if it cannot be read."""
         with open_file(path, "file of a world", WorldError, LARGEST_WORLD_FILE) as file:
             status = os.fstat(file.fileno())
-            data = file.read(status.st_size)
+            data = file.read()
         digest = hashlib.sha256(data).hexdigest()
         self._stamps[str(path)] = FileStamp(str(path), status.st_size, status.st_mtime_ns, digest)
         return data
