@@ -39,13 +39,30 @@ LARGEST_WORLD_FILE = 512 * MIB  # a world, a mesh, a texture
 LARGEST_TABLE = 1024 * MIB  # ten million poses
 LARGEST_METRICS = 4096 * MIB  # ten thousand runs take half a gigabyte
 
+LARGEST_NUMBER = 1e50  # of a coordinate, in any unit: squares of squares are still finite
 MOST_PIXELS = 1 << 27  # of a camera's picture
 MOST_TEXTURE_PIXELS = 1 << 26
 MOST_CELLS = 1 << 25  # of a floor plan: a hall with sides of 290 m in cells of 5 cm
 MOST_LINES = 1_000_000  # of a journal
 MOST_TRIANGLES = 20_000_000  # of a world
+MOST_ENTRIES = 100_000  # of a folder that a world names for its materials, with all below
 
 Arrays = dict[str, npt.NDArray[Any]]
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is an ordinary file; never raises, as `Path.is_file` does for a name that is too long."""
+    return os.path.isfile(path)  # noqa: PTH113
+
+
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder; never raises."""
+    return os.path.isdir(path)  # noqa: PTH112
+
+
+def is_there(path: Path) -> bool:
+    """Whether there is anything; never raises."""
+    return os.path.exists(path)  # noqa: PTH110
 
 
 class OrdinaryFile(io.BufferedReader):

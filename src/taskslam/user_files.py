@@ -25,7 +25,7 @@ from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_text
 Model = TypeVar("Model", bound=BaseModel)
 
 _MOST_VALUES = 1 << 20  # with every alias written out
-_MOST_EVENTS = 200_000  # of the parser, which is slow: some seconds
+_MOST_EVENTS = 100_000  # of the parser, which is slow: some seconds
 _MERGE = "tag:yaml.org,2002:merge"
 
 
@@ -164,6 +164,15 @@ class _BoundedLoader(yaml.SafeLoader):
         if self._events > _MOST_EVENTS:
             raise yaml.YAMLError(f"more than {_MOST_EVENTS} values and brackets")
         return event
+
+    def _integer(self, node: yaml.ScalarNode) -> int:
+        number = self.construct_yaml_int(node)
+        if not -(2**63) <= number < 2**63:
+            raise yaml.MarkedYAMLError(problem="an integer of more than 64 bits", problem_mark=node.start_mark)
+        return number
+
+
+_BoundedLoader.add_constructor("tag:yaml.org,2002:int", _BoundedLoader._integer)
 
 
 def _size(node: yaml.Node, known: dict[int, int]) -> int:

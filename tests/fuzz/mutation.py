@@ -80,7 +80,7 @@ def _remove(data: bytes, _: Sequence[bytes], dice: random.Random) -> bytes:
 
 def _repeat(data: bytes, _: Sequence[bytes], dice: random.Random) -> bytes:
     begin, end = _span(data, dice)
-    return data[:end] + data[begin:end] * dice.choice((1, 1, 2, 10, 1000, 50_000)) + data[end:]
+    return data[:end] + data[begin:end] * dice.choice((1, 1, 1, 2, 2, 3, 5, 10, 30, 100, 1000, 50_000)) + data[end:]
 
 
 def _text_number(data: bytes, _: Sequence[bytes], dice: random.Random) -> bytes:

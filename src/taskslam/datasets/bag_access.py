@@ -19,6 +19,7 @@ from rosbags.typesys.store import Typestore
 
 from taskslam.datasets.bag_files import BagPath, check_bag_files
 from taskslam.errors import DatasetError, TaskSlamError
+from taskslam.reading import is_file
 
 _TF = "tf2_msgs/msg/TFMessage"
 
@@ -43,7 +44,7 @@ def ros_types(store: Stores) -> Typestore:
 
 def bag_file(path: Path) -> Path:
     """What to open: the file or ROS 2 folder itself, or the one that lies in the folder. Raises DatasetError."""
-    if path.is_file() or (path / "metadata.yaml").is_file():
+    if is_file(path) or is_file(path / "metadata.yaml"):
         return path
     inside = [place for place in sorted(path.iterdir()) if _is_bag(place)]
     if len(inside) != 1:
@@ -91,7 +92,7 @@ def _is_ros1(path: Path) -> bool:
 
 
 def _is_bag(place: Path) -> bool:
-    return (place.is_file() and place.suffix in (".bag", ".mcap")) or (place / "metadata.yaml").is_file()
+    return (is_file(place) and place.suffix in (".bag", ".mcap")) or is_file(place / "metadata.yaml")
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from pathlib import Path, PosixPath
 from typing import Any
 
 from taskslam.errors import DatasetError, TaskSlamError
-from taskslam.reading import open_file
+from taskslam.reading import is_folder, open_file
 from taskslam.user_files import read_mapping
 
 METADATA = "metadata.yaml"
@@ -25,7 +25,7 @@ def check_bag_files(path: Path, error: type[TaskSlamError]) -> None:
 
     Raises `error`: a file is missing, or is a pipe or a device; the metadata are no YAML of at most 1 MB.
     """
-    if not path.is_dir():
+    if not is_folder(path):
         open_file(path, "bag", error).close()
         return
     content = read_mapping(path / METADATA, "metadata of the bag", error, "the key rosbag2_bagfile_information")

@@ -17,6 +17,7 @@ from taskslam.datasets.bag_files import BagPath, check_bag_files
 from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajectory
 from taskslam.errors import TrajectoryError
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import is_file, is_there
 
 POSES: dict[str, Callable[[Any], Any]] = {
     "nav_msgs/msg/Odometry": attrgetter("pose.pose.position", "pose.pose.orientation"),
@@ -29,7 +30,7 @@ _SUFFIXES = {".bag", ".mcap", ".db3"}
 
 def is_bag(path: Path) -> bool:
     """Whether a path is a recording, by its name or by the metadata in its folder."""
-    return path.suffix.lower() in _SUFFIXES or (path / "metadata.yaml").is_file()
+    return path.suffix.lower() in _SUFFIXES or is_file(path / "metadata.yaml")
 
 
 def read_bag_trajectory(path: Path, topic: str | None = None) -> ReadTrajectory:
@@ -37,7 +38,7 @@ def read_bag_trajectory(path: Path, topic: str | None = None) -> ReadTrajectory:
 
     Raises TrajectoryError: the file is damaged or no recording, the topic is not there or not of a type with a pose.
     """
-    if not path.exists():
+    if not is_there(path):
         raise TrajectoryError(f"{path}: no such recording")
     check_bag_files(path, TrajectoryError)
     try:
@@ -59,7 +60,7 @@ def _rows(path: Path, topic: str | None) -> list[tuple[float, ...]]:
     from rosbags.rosbag2 import Reader as Ros2Reader
     from rosbags.typesys import Stores, get_typestore
 
-    ros1 = path.suffix.lower() == ".bag" and path.is_file()
+    ros1 = path.suffix.lower() == ".bag" and is_file(path)
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
     rows: list[tuple[float, ...]] = []
     with (Ros1Reader if ros1 else Ros2Reader)(BagPath(path)) as reader:

@@ -30,6 +30,7 @@ from taskslam.datasets.stereo_rectification import (
 )
 from taskslam.errors import DatasetError
 from taskslam.measurements import ImuSamples, Measurement, Sensor, StereoImages
+from taskslam.reading import is_file, is_folder
 from taskslam.robot import Imu, Robot, SensorRig, load_robot
 from taskslam.user_files import check, complaint
 
@@ -40,7 +41,7 @@ IMU, TRUTH = "imu0", "state_groundtruth_estimate0"
 
 def is_euroc(path: Path) -> bool:
     """Whether a folder is, or holds, a `mav0`."""
-    return (path / "mav0").is_dir() or (path.name == "mav0" and path.is_dir())
+    return is_folder(path / "mav0") or (path.name == "mav0" and is_folder(path))
 
 
 class EurocFolder(Dataset):
@@ -57,10 +58,10 @@ class EurocFolder(Dataset):
         self._root = path if path.name == "mav0" else path / "mav0"
         self.name = self._root.resolve().parent.name
         own = self._root.parent / ROBOT_FILE
-        if robot is None and own.is_file():
+        if robot is None and is_file(own):
             robot = load_robot(own)
-        stereo = all((self._root / camera / "data.csv").is_file() for camera in CAMERAS)
-        inertial = (self._root / IMU / "data.csv").is_file()
+        stereo = all(is_file(self._root / camera / "data.csv") for camera in CAMERAS)
+        inertial = is_file(self._root / IMU / "data.csv")
         self.sensors = frozenset([Sensor.STEREO_IMAGES] * stereo + [Sensor.IMU] * inertial)
         base = robot if robot is not None else load_robot("turtlebot2")
         self._rectifier = self._read_cameras() if stereo else None
@@ -84,7 +85,7 @@ class EurocFolder(Dataset):
     def truth(self) -> Iterator[TruthPose]:
         """Rows of state_groundtruth_estimate0: position and orientation (w x y z) of the body."""
         path = self._root / TRUTH / "data.csv"
-        if not path.is_file():
+        if not is_file(path):
             return
         for row in read_rows(path):
             x, y, z, qw, qx, qy, qz = row.numbers(7)
@@ -133,7 +134,7 @@ class EurocFolder(Dataset):
             raise DatasetError(f"{row.where}: '{row.cells[0][:100]}' is not the name of a file") from error
         if not path.is_relative_to(folder) or path == folder:
             raise DatasetError(f"{row.where}: '{row.cells[0][:100]}' is not a file inside {folder}")
-        if not path.is_file():
+        if not is_file(path):
             raise DatasetError(f"{row.where}: the image {path} does not exist")
         return path
 

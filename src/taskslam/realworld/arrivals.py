@@ -21,7 +21,7 @@ from taskslam.errors import InputError
 from taskslam.geometry import SE2, FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS
 from taskslam.mode import Mode
-from taskslam.reading import LARGEST_LOG, read_text
+from taskslam.reading import LARGEST_LOG, is_folder, is_there, read_text
 from taskslam.realworld.setup_file import RunSource, Setup
 from taskslam.record import Arrival, Manifest, RoundStarted, RunRecord, load_run
 from taskslam.record.run_directory import MANIFEST
@@ -66,7 +66,7 @@ def read_arrivals(source: RunSource, setup: Setup) -> ArrivalLog:
         RecordError: a damaged run directory.
     """
     first = setup.path(source.arrivals[0])
-    if first.is_dir() and (first / MANIFEST).exists():
+    if is_folder(first) and is_there(first / MANIFEST):
         if len(source.arrivals) > 1:
             raise InputError(f"{first}: a run directory holds all its rounds; expected it alone")
         return _from_record(first, source)
@@ -128,7 +128,7 @@ def _goals(path: Path, setup: Setup) -> tuple[SE2, ...]:
         goals = tuple(place.pose for place in setup.waypoints)
     else:
         planned = path.with_name("planned_waypoints.txt")
-        if not planned.exists():
+        if not is_there(planned):
             raise InputError(f"{path}: give `waypoints`, for there is no {planned.name} beside it")
         goals = tuple(SE2(*row) for row in _table(planned, 3, "x y theta")[:, :3].tolist())
     if not goals:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from taskslam.errors import RecordError
-from taskslam.reading import LARGEST_LOG, read_bytes
+from taskslam.reading import LARGEST_LOG, is_there, read_bytes
 from taskslam.record import RunRecord
 from taskslam.user_files import complaint
 
@@ -77,7 +77,7 @@ def dump_measured(content: MeasuredFile) -> bytes:
 def load_measured(record: RunRecord) -> MeasuredFile | None:
     """What was measured in a run; None for a run that was not. Raises RecordError if the file is damaged."""
     path: Path = record.directory / FOLDER / FILE
-    if record.manifest.source != "measured" or not path.exists():
+    if record.manifest.source != "measured" or not is_there(path):
         return None
     data = read_bytes(path, "list of arrivals", RecordError, LARGEST_LOG)
     try:

@@ -9,7 +9,6 @@ value: two runs with the same inputs must write the same bytes (design D2).
 from __future__ import annotations
 
 import json
-import math
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -20,6 +19,7 @@ from pydantic_core import from_json
 from taskslam.errors import RecordError, did_you_mean
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
+from taskslam.reading import LARGEST_NUMBER
 from taskslam.task import MOST_GOALS, MOST_ROUNDS
 
 _MOST = 2**63 - 1
@@ -221,13 +221,13 @@ def _optional_pose(pose: SE2 | None) -> list[float] | None:
 def _read_pose(value: object) -> SE2:
     if type(value) is list and len(value) == 3:
         x, y, theta = value
-        # Nearly every pose of a journal is three finite floats, whose sum is then finite too: the rest is looked at.
-        if type(x) is type(y) is type(theta) is float and math.isfinite(x + y + theta):
+        # Nearly every pose of a journal is three small floats, whose sum is small too: the rest is looked at.
+        if type(x) is type(y) is type(theta) is float and abs(x) + abs(y) + abs(theta) <= LARGEST_NUMBER:
             return SE2(x, y, theta)
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError(f"expected [x, y, theta], found {value!r}")
     for number in value:
-        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        if isinstance(number, bool) or not isinstance(number, int | float) or not abs(number) <= LARGEST_NUMBER:
             raise ValueError(f"expected three finite numbers, found {value!r}")
     return SE2(*(float(number) for number in value))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -15,6 +15,9 @@ from taskslam.task import BUILTIN_PLANNER, MOST_ARRIVALS, MOST_ROUNDS, GoalToler
 from taskslam.user_files import complaint
 
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
+
+
+Seconds = Annotated[float, Field(ge=0, le=1e12)]
 
 
 class _Part(BaseModel):
@@ -69,9 +72,9 @@ class Manifest(_Part):
     versions: dict[str, str] = Field(default_factory=dict)
     machine: dict[str, Any] = Field(default_factory=dict)
     started_utc: str
-    wall_s: float = Field(ge=0)
-    simulated_s: float = Field(ge=0)
-    compute_s: float = Field(default=0.0, ge=0)
+    wall_s: Seconds
+    simulated_s: Seconds
+    compute_s: Seconds = 0.0
     method_peak_bytes: int | None = Field(default=None, ge=0)
     own_peak_bytes: int | None = Field(default=None, ge=0)
     complete: bool

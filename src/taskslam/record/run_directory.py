@@ -28,7 +28,7 @@ from pydantic import ValidationError
 from taskslam.errors import RecordError
 from taskslam.files import sync_folder, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
-from taskslam.reading import LARGEST_MANIFEST, read_json
+from taskslam.reading import LARGEST_MANIFEST, is_there, read_json
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import RUN_FORMAT, Manifest
@@ -179,8 +179,8 @@ def load_run(directory: Path, damaged: bool = False) -> RunRecord:
     damaged: whether to take a journal with damaged lines, and make the best of it.
     """
     path = directory / MANIFEST
-    if not path.exists():
-        if (directory / JOURNAL).exists():
+    if not is_there(path):
+        if is_there(directory / JOURNAL):
             raise RecordError(f"{directory}: half-written: it has a journal but no {MANIFEST}")
         raise RecordError(f"{directory}: not a run directory; expected a folder that holds {MANIFEST}")
     manifest = validate_manifest(read_json(path, "run", RecordError, LARGEST_MANIFEST), path)

@@ -14,7 +14,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from taskslam.errors import WorldError
-from taskslam.reading import LARGEST_WORLD_FILE, open_file
+from taskslam.reading import LARGEST_WORLD_FILE, MOST_ENTRIES, open_file
 from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
 
 PATH_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
@@ -171,8 +171,14 @@ class Resources:
 
 
 def list_scripts(folder: Path) -> list[str]:
-    """Paths of the `*.material` files in a folder and below, sorted."""
-    return sorted(str(path) for path in folder.rglob("*.material"))
+    """Paths of the `*.material` files in a folder and below, sorted. Raises WorldError if that holds a whole disk."""
+    found, seen = [], 0
+    for place, folders, files in os.walk(folder):
+        seen += len(folders) + len(files)
+        if seen > MOST_ENTRIES:
+            raise WorldError(f"{folder} holds more than {MOST_ENTRIES} files; expected a folder of material scripts.")
+        found += [str(Path(place) / name) for name in files if name.endswith(".material")]
+    return sorted(found)
 
 
 def _refuse_escape(path: str, uri: str, where: str) -> None:
