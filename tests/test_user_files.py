@@ -144,11 +144,12 @@ def test_a_shipped_name_is_guessed_and_a_file_wins_by_its_ending(tmp_path):
     assert shipped.load(str(tmp_path / "mine.yml"), Cart).name == "a"
 
 
+_INTEGERS = st.integers(-(2**63), 2**63 - 1)
 _KEYS = st.sampled_from(["name", "wheels", "radius", "side", "motors", "spare", "power", "size", "raduis"])
 _VALUES = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5) | st.dates(),
+    st.none() | st.booleans() | _INTEGERS | st.floats() | st.text(max_size=5) | st.dates(),
     lambda inner: (
-        st.lists(inner, max_size=3) | st.dictionaries(_KEYS | st.integers() | st.booleans(), inner, max_size=4)
+        st.lists(inner, max_size=3) | st.dictionaries(_KEYS | _INTEGERS | st.booleans(), inner, max_size=4)
     ),
     max_leaves=12,
 )
@@ -185,3 +186,14 @@ def test_what_is_written_is_what_is_read(value):
 def test_no_tag_of_yaml_lets_another_error_out(text):
     with suppress(InputError):
         value_of(text, "here", InputError)
+
+
+@pytest.mark.parametrize("text", ["a: 9223372036854775808", "a: -9223372036854775809", "a: [0x" + "f" * 300 + "]"])
+def test_an_integer_of_more_than_64_bits_is_refused(text):
+    with pytest.raises(InputError, match="line 1: an integer of more than 64 bits"):
+        value_of(text, "here", InputError)
+
+
+def test_a_megabyte_of_brackets_and_values_is_refused_in_seconds():
+    with pytest.raises(InputError, match="more than 100000 values and brackets"):
+        value_of("a: [" + "1,[]," * 200_000 + "]", "here", InputError)

@@ -12,7 +12,7 @@ from pathlib import Path
 from textwrap import indent
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from taskslam.errors import RecordError
 from taskslam.files import write_whole
@@ -254,6 +254,12 @@ class RunMetrics(_Part):
     by_definition: Headline | None = None
     behaviour: int | None = None
     quantities: dict[str, Measured] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _waypoints_by_their_index(self) -> RunMetrics:
+        if [waypoint.goal for waypoint in self.waypoints] != list(range(len(self.waypoints))):
+            raise ValueError("waypoints: expected those of goal 0, 1 and so on in this order")
+        return self
 
     @property
     def headline(self) -> Headline:
