@@ -80,6 +80,8 @@ def test_arrays_come_back(tmp_path):
         archive(b"{'descr': '<f8', 'fortran_order': False, 'shape': (-1,)}", b"\0" * 8),
         archive(b"{'descr': '|O', 'fortran_order': False, 'shape': (1,)}", b"\0" * 8),
         archive(b"{'descr': '<f8', 'fortran_order': False, 'shape': (0, 99999999999999999999)}"),
+        archive(b"{'descr': '<U1', 'fortran_order': False, 'shape': ()}", b"\xff" * 4),
+        archive(b"{'descr': [('a', '<f8')], 'fortran_order': False, 'shape': (1,)}", b"\0" * 8),
         archive(b"(" * 9000),
         archive(b"{}"),
         archive(b""),

@@ -148,9 +148,7 @@ _INTEGERS = st.integers(-(2**63), 2**63 - 1)
 _KEYS = st.sampled_from(["name", "wheels", "radius", "side", "motors", "spare", "power", "size", "raduis"])
 _VALUES = st.recursive(
     st.none() | st.booleans() | _INTEGERS | st.floats() | st.text(max_size=5) | st.dates(),
-    lambda inner: (
-        st.lists(inner, max_size=3) | st.dictionaries(_KEYS | _INTEGERS | st.booleans(), inner, max_size=4)
-    ),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(_KEYS | _INTEGERS | st.booleans(), inner, max_size=4),
     max_leaves=12,
 )
 

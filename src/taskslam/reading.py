@@ -11,6 +11,7 @@ import io
 import math
 import os
 import stat
+import sys
 import warnings
 import zipfile
 from collections.abc import Iterator
@@ -157,9 +158,14 @@ def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any
         shape, _, kind = read_header(file)
         if math.prod(shape) * kind.itemsize != member.file_size - file.tell():
             raise ValueError(f"{member.filename} declares the shape {shape}, which is not its size")
+        if kind.kind not in "biufU":
+            raise ValueError(f"{member.filename} holds {kind}; expected numbers or text")
     with archive.open(member) as file:
         array: npt.NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
-        return array
+    letters = np.frombuffer(array.tobytes(), np.dtype("u4").newbyteorder(kind.byteorder)) if kind.kind == "U" else None
+    if letters is not None and letters.max(initial=0) > sys.maxunicode:
+        raise ValueError(f"{member.filename} holds text with letters that there are not")
+    return array
 
 
 @contextmanager

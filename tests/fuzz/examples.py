@@ -170,8 +170,8 @@ def encoded(form: str, mode: str) -> bytes:
 
 
 def pictures(folder: Path) -> None:
-    kinds = [("PNG", "L"), ("PNG", "RGB"), ("PNG", "P"), ("PNG", "I;16"), ("JPEG", "L"), ("JPEG", "RGB"), ("BMP", "RGB"),
-             ("PPM", "L"), ("PPM", "RGB"), ("TIFF", "RGB"), ("TIFF", "I;16"), ("WEBP", "RGB"), ("TGA", "RGBA"),
+    kinds = [("PNG", "L"), ("PNG", "RGB"), ("PNG", "P"), ("PNG", "I;16"), ("JPEG", "L"), ("JPEG", "RGB"),
+             ("BMP", "RGB"),             ("PPM", "L"), ("PPM", "RGB"), ("TIFF", "RGB"), ("TIFF", "I;16"), ("WEBP", "RGB"), ("TGA", "RGBA"),
              ("GIF", "P"), ("DDS", "RGBA"), ("BMP", "P")]  # fmt: skip
     put(folder, {f"{form}-{mode.replace(';', '')}.{form.lower()}": encoded(form, mode) for form, mode in kinds})
 
@@ -262,8 +262,8 @@ def karto_map(folder: Path) -> None:
         {
             "settings": np.array("{}"), "poses": dice.normal(size=(3, 3)), "sizes": np.array([4, 5, 6]),
             "points": dice.normal(size=(15, 2)).astype(np.float32), "normals": np.zeros((15, 2), np.float32),
-            "sensors": np.zeros((3, 2)), "edge_ends": np.array([[0, 1], [1, 2]]), "edge_strong": np.array([True, False]),
-            "edge_poses": dice.normal(size=(2, 3)), "edge_covariances": np.stack([np.eye(3), 2 * np.eye(3)]),
+            "sensors": np.zeros((3, 2)), "edge_ends": np.array([[0, 1], [1, 2]]),
+            "edge_strong": np.array([True, False]), "edge_poses": dice.normal(size=(2, 3)), "edge_covariances": np.stack([np.eye(3), 2 * np.eye(3)]),
         },
     )  # fmt: skip
 
@@ -383,7 +383,8 @@ def world(folder: Path) -> None:
             " texture_unit {\n texture wood.png\n scale 2 2\n }\n }\n }\n}\n",
             "worlds/wood.png": encoded("PNG", "RGB"),
             "models/thing/model.config": "<model><name>thing</name><sdf version='1.6'>model.sdf</sdf></model>",
-            "models/thing/model.sdf": f"<sdf version='1.6'><model name='thing'><link name='l'>{meshes}</link></model></sdf>",
+            "models/thing/model.sdf": "<sdf version='1.6'><model name='thing'><link name='l'>"
+            f"{meshes}</link></model></sdf>",
         },
     )
     meshes_in(folder / "models" / "thing" / "meshes")
@@ -400,8 +401,8 @@ def meshes_in(folder: Path) -> None:
             "a.stl": solid.export(file_type="stl"),
             "b.stl": solid.export(file_type="stl_ascii"),
             "a.glb": solid.export(file_type="glb"),
-            "a.obj": "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nusemtl paint\n"
-            "f 1/1/1 3/2/1 2/3/1\nf 1/1/1 2/2/1 4/3/1\nf 1 4 3\nf 2 3 4\n",
+            "a.obj": "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
+            "usemtl paint\nf 1/1/1 3/2/1 2/3/1\nf 1/1/1 2/2/1 4/3/1\nf 1 4 3\nf 2 3 4\n",
             "a.mtl": "newmtl paint\nKd 1 0.5 0\nmap_Kd paint.png\n",
             "paint.png": encoded("PNG", "RGB"),
             "a.dae": f"""<?xml version="1.0"?>
@@ -412,7 +413,8 @@ def meshes_in(folder: Path) -> None:
 </newparam><newparam sid='s'><sampler2D><source>f</source></sampler2D></newparam><technique sid="c"><phong><diffuse>
 <texture texture='s' texcoord='UV'/></diffuse></phong></technique></profile_COMMON></effect></library_effects>
 <library_materials><material id="mat" name="paint"><instance_effect url="#e"/></material></library_materials>
-<library_geometries><geometry id="g" name="t"><mesh><source id="p"><float_array id="pa" count="12">{points}</float_array>
+<library_geometries><geometry id="g" name="t"><mesh><source id="p">
+<float_array id="pa" count="12">{points}</float_array>
 <technique_common><accessor source="#pa" count="4" stride="3">{params}</accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="4" material="m">
 <input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles></mesh></geometry>

@@ -188,8 +188,8 @@ READERS = {
     for reader in (
         Reader("scenario", examples.scenarios, _scenario,
                (*_SHIPPED, "taskslam.scenario.loading", "taskslam.scenario.waypoint_files")),
-        Reader("robot", examples.shipped("taskslam.robot", "presets", "turtlebot2", "turtlebot2_d435i"), one(load_robot),
-               ("taskslam.robot.robot",)),
+        Reader("robot", examples.shipped("taskslam.robot", "presets", "turtlebot2", "turtlebot2_d435i"),
+               one(load_robot), ("taskslam.robot.robot",)),
         Reader("suite", examples.shipped("taskslam.benchmark", "suites", "paper"), one(load_suite),
                ("taskslam.benchmark.suite",)),
         Reader("lab", examples.shipped("taskslam.lab", "labs", "house_cameras", "tsrb_long_ceiling"), one(load_lab),

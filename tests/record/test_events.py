@@ -94,3 +94,19 @@ def test_a_wrong_line_is_refused_with_a_reason(line, message):
 def test_no_text_raises_anything_but_a_record_error(text):
     with contextlib.suppress(RecordError):
         decode_event(text)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("round", 10**9, "expected a round from 0 to 1000"),
+        ("goal", 10**9, "expected a goal below 10000"),
+        ("t", 10**400, "expected an integer from 0 to 9223372036854775807, found more"),
+        ("target", [10**400, 0, 0], "expected three finite numbers"),
+        ("target", [1e300, 0.0, 0.0], "expected three finite numbers"),
+    ],
+)
+def test_a_number_beyond_all_bounds_is_refused(field, value, message):
+    line = {"event": "goal_started", "t": 1, "round": 0, "goal": 0, "target": [0.0, 0.0, 0.0]} | {field: value}
+    with pytest.raises(RecordError, match=message):
+        decode_event(json.dumps(line))

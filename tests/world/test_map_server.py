@@ -1,4 +1,5 @@
 import os
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -221,3 +222,20 @@ def test_the_published_plans_load_and_their_start_lies_in_free_floor(name, shape
     assert plan.cells[row, column] == FREE
     area = np.count_nonzero(regions == regions[row, column]) * plan.resolution**2
     assert area == pytest.approx(free_area, rel=0.02)
+
+
+def test_a_picture_of_88_million_pixels_is_refused_before_it_is_decoded(tmp_path):
+    path = write_map(tmp_path)
+    image = next(tmp_path.glob("*.pgm"))
+    image.write_bytes(b"P5\n9400 9400\n255\n" + b"\0" * 100)
+    with pytest.raises(FloorPlanError, match="9400 x 9400 pixels; expected at most 33554432"):
+        load_floor_plan(path)
+    rows = zlib.compress(b"\0" * 9401 * 9400)
+    size = (9400).to_bytes(4, "big") * 2
+    chunks = [(b"IHDR", size + b"\x08\0\0\0\0"), (b"IDAT", rows), (b"IEND", b"")]
+    summed = [
+        len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big") for kind, data in chunks
+    ]
+    image.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(summed))
+    with pytest.raises(FloorPlanError, match="9400 x 9400 px; expected at most 33554432"):
+        load_floor_plan(path)
