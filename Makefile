@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types rooms unit benchmarks clean
+.PHONY: demo test lint types rooms unit fuzz benchmarks clean
 
 demo: $(VENV)/.installed
 	$(BIN)/taskslam demo --out demo
@@ -22,6 +22,10 @@ rooms: $(VENV)/.installed-dev
 
 unit: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+# Damaged inputs for every reader; FUZZ="--reader journal --inputs 100000 --seed 7" for some of them.
+fuzz: $(VENV)/.installed-dev
+	PYTHONPATH=tests $(BIN)/python -m fuzz $(FUZZ)
 
 benchmarks: $(VENV)/.installed-dev
 	for script in benchmarks/*.py; do $(BIN)/python $$script || exit 1; done
