@@ -14,7 +14,7 @@ from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.run import run
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
-from taskslam.benchmark.spec import RunSpec
+from taskslam.benchmark.spec import BEHAVIOUR, RunSpec
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import RecordError
 from taskslam.evaluation.run_metrics import run_metrics
@@ -257,8 +257,8 @@ def test_a_finished_run_is_kept_and_another_configuration_is_not_overwritten(
     other = make_stage(GOALS_ONE, rounds=1, pause=1.0)
     with pytest.raises(RecordError, match="another configuration"):
         run(other, other.spec("ground_truth", Mode.WITHOUT_MAP), tmp_path)
-    with pytest.raises(RecordError, match="this is behaviour version 2: the two are never mixed"):
-        run(stage, spec.model_copy(update={"behaviour": 2}), tmp_path)
+    with pytest.raises(RecordError, match=f"this is behaviour version {BEHAVIOUR + 1}: the two are never mixed"):
+        run(stage, spec.model_copy(update={"behaviour": BEHAVIOUR + 1}), tmp_path)
     run(other, other.spec("ground_truth", Mode.WITHOUT_MAP), tmp_path, overwrite=True)
     assert load_run(directory).manifest.scenario["protocol"]["pause"] == 1.0
 

@@ -41,7 +41,8 @@ _PYTHON_TELLS = "Fatal Python error"  # how its fault handler begins
 
 # Only these variables reach a guest: where programs and packages are, and locales. Homes and caches are in its scratch.
 _ENVIRONMENT = ("PATH", "LANG", "LANGUAGE", "TZ", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHASHSEED")
-_ENVIRONMENT_PREFIXES = ("LC_", "NUMBA_", "TASKSLAM_METHOD_", "PYORBSLAM3_")
+METHOD_VARIABLES = ("TASKSLAM_METHOD_", "PYORBSLAM3_")
+_ENVIRONMENT_PREFIXES = ("LC_", "NUMBA_", *METHOD_VARIABLES)
 _COMPILED = "compiled"
 # One thread for numeric libraries, so that sums repeat; a method that declares threads of its own gets them back.
 SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

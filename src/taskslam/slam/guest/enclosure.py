@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from taskslam.processes.guest import METHOD_VARIABLES
 from taskslam.processes.wall import Wall, working_folder
 from taskslam.slam.base import MethodCard
 
@@ -13,12 +15,15 @@ from taskslam.slam.base import MethodCard
 def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed: Iterable[Path]) -> Wall:
     """The wall around a method. card: as it was described, None where nothing is known; named: files in its options.
 
+    Files that the user names in variables meant for methods are open too.
+
     closed: folders of results. The folder that holds the code of a method in the user's own stays open in these.
     """
     here = working_folder() if ":" in method else None
     local = () if here is None else (here,)
     places = tuple(Path(place) for place in card.reads) if card is not None else ()
-    read = (*local, *places, *(place.absolute() for place in named))
+    told = (Path(value) for key, value in os.environ.items() if key.startswith(METHOD_VARIABLES) and "/" in value)
+    read = (*local, *places, *(place.absolute() for place in (*named, *told)))
     keep = (*read, *(Path(entry) for entry in sys.path if entry))
     loopback, shared_memory = card is not None and card.loopback, card is not None and card.shared_memory
     return Wall(read, tuple(_beside_code(closed, here)), keep, loopback, shared_memory)
