@@ -25,7 +25,8 @@ from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_text
 Model = TypeVar("Model", bound=BaseModel)
 
 _MOST_VALUES = 1 << 20  # with every alias written out
-_MOST_EVENTS = 100_000  # of the parser, which is slow: some seconds
+_MOST_EVENTS = 60_000  # of the parser, which is slow: some seconds
+_MOST_FAULTS = 100  # that are looked at for the one to tell
 _MERGE = "tag:yaml.org,2002:merge"
 
 
@@ -89,7 +90,7 @@ def complaint(error: ValidationError, model: type[BaseModel] = BaseModel) -> str
 
     model: whose keys are known. A missing key is told with its field's description, if it has one.
     """
-    faults = error.errors(include_url=False)
+    faults = error.errors(include_url=False)[:_MOST_FAULTS]
     unknown = [_unknown(model, fault["loc"]) for fault in faults if fault["type"] == "extra_forbidden"]
     guessed = [words for words in unknown if words.endswith("?")]
     first, parents = faults[0], faults[0]["loc"][:-1]

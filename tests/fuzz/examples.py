@@ -171,7 +171,8 @@ def encoded(form: str, mode: str) -> bytes:
 
 def pictures(folder: Path) -> None:
     kinds = [("PNG", "L"), ("PNG", "RGB"), ("PNG", "P"), ("PNG", "I;16"), ("JPEG", "L"), ("JPEG", "RGB"),
-             ("BMP", "RGB"),             ("PPM", "L"), ("PPM", "RGB"), ("TIFF", "RGB"), ("TIFF", "I;16"), ("WEBP", "RGB"), ("TGA", "RGBA"),
+             ("BMP", "RGB"), ("PPM", "L"), ("PPM", "RGB"), ("TIFF", "RGB"), ("TIFF", "I;16"),
+             ("WEBP", "RGB"), ("TGA", "RGBA"),
              ("GIF", "P"), ("DDS", "RGBA"), ("BMP", "P")]  # fmt: skip
     put(folder, {f"{form}-{mode.replace(';', '')}.{form.lower()}": encoded(form, mode) for form, mode in kinds})
 
@@ -263,7 +264,8 @@ def karto_map(folder: Path) -> None:
             "settings": np.array("{}"), "poses": dice.normal(size=(3, 3)), "sizes": np.array([4, 5, 6]),
             "points": dice.normal(size=(15, 2)).astype(np.float32), "normals": np.zeros((15, 2), np.float32),
             "sensors": np.zeros((3, 2)), "edge_ends": np.array([[0, 1], [1, 2]]),
-            "edge_strong": np.array([True, False]), "edge_poses": dice.normal(size=(2, 3)), "edge_covariances": np.stack([np.eye(3), 2 * np.eye(3)]),
+            "edge_strong": np.array([True, False]), "edge_poses": dice.normal(size=(2, 3)),
+            "edge_covariances": np.stack([np.eye(3), 2 * np.eye(3)]),
         },
     )  # fmt: skip
 

@@ -23,7 +23,8 @@ _NUMBERS = [
 _STRANGE = [
     b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"\xed\xa0\x80", b"\xf4\x90\x80\x80", b"\x1b[31m", b"\xe2\x80\xae", b"\r",
     b"\n",     b"[" * 5000, b"{" * 5000, b"(" * 5000, b"<a>" * 2000, b"&a [*a]", b"<<: *a", b"!!python/name:os.system",
-    b"- " * 300,     b"%YAML:1.0\n", b"#", b"%", b",", b":", b"..", b"../../../etc/passwd", b"/dev/zero", b"*", b"**", b"~", b"$HOME",
+    b"- " * 300, b"%YAML:1.0\n", b"#", b"%", b",", b":", b"..", b"../../../etc/passwd", b"/dev/zero", b"*", b"**",
+    b"~", b"$HOME",
 ]  # fmt: skip
 _BINARY = [
     struct.pack(order + kind, value)

@@ -1,7 +1,7 @@
 """One process that feeds one reader: `python -m fuzz.worker READER SEED FIRST COUNT`, a line for each input.
 
-The line of an input comes after it: its number, `read`, `refused` or `fault`, the damaged file, and words. What hangs or
-crashes leaves no line, so the parent knows its number.
+The line of an input comes after it: its number, `read`, `refused` or `fault`, the damaged file, and words. What hangs
+or crashes leaves no line, so the parent knows its number.
 """
 
 from __future__ import annotations

@@ -222,7 +222,7 @@ def test_eight_includes_in_each_of_eleven_files_are_refused_in_seconds(site, lin
         body = "".join(f"<include{merge}><uri>model://m{level - 1}</uri><name>a{n}</name></include>" for n in range(8))
         site.model(f"m{level}", body)
     begin = time.perf_counter()
-    with pytest.raises(WorldError, match="comes to more than 40000 models and parts"):
+    with pytest.raises(WorldError, match="comes to more than 20000 models and parts"):
         site.load(include("model://m11"))
     assert time.perf_counter() - begin < 30
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _NOT_SUPPORTED = ("actor", "population", "road")
 _DEEPEST_NESTING = 32
-_MOST_PARTS = 40_000  # files that include others twice over grow without bound
+_MOST_PARTS = 20_000  # files that include others twice over grow without bound
 
 
 @dataclass(frozen=True)
