@@ -110,7 +110,7 @@ def replay(method: str, robot: Robot, frames: list[tuple[StereoImages, SE2]], de
 def cpu_seconds(host: MethodHost) -> float:
     """CPU time that the method's process has used so far, all threads."""
     assert host._guest is not None
-    stat = Path(f"/proc/{host._guest._process.pid}/stat").read_text(encoding="ascii")
+    stat = Path(f"/proc/{host._guest.pid}/stat").read_text(encoding="ascii")
     user, system = stat.rpartition(") ")[2].split()[11:13]
     return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 

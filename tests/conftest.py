@@ -8,12 +8,16 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from taskslam.world import Material, TriangleMesh, World
+
+if TYPE_CHECKING:
+    from taskslam.benchmark.stage import Stage
 
 settings.register_profile("shared_machine", deadline=None)  # a busy machine is no defect of the code
 settings.load_profile("shared_machine")
@@ -124,3 +128,30 @@ def room(make_world: Callable[..., World]) -> World:
             (1.9, 0.9, 0.0, 2.1, 1.1, 1.0),
         ]
     )
+
+
+GOALS = [[2.5, -1.0, 0.0], [2.8, 1.8, 2.0], [-2.0, 1.0, 3.1]]
+
+
+@pytest.fixture
+def make_stage(room: World) -> Callable[..., Stage]:
+    """The stage of a tour through the room; keyword arguments override the protocol."""
+    from taskslam.benchmark.stage import Stage
+    from taskslam.robot import load_robot
+    from taskslam.scenario import Scenario
+    from taskslam.world.slicing import slice_floor_plan
+
+    def make(goals: list[list[float]] = GOALS, **protocol: Any) -> Stage:
+        scenario = Scenario.model_validate(
+            {
+                "name": "room",
+                "world": {"name": "house"},
+                "start": {"x": -2.0, "y": -1.0, "theta": 0.0},
+                "sequence": {"waypoints": goals},
+                "protocol": {"rounds": 2, "pause": 0.5, "still_start": 0.5, **protocol},
+            }
+        )
+        plan = slice_floor_plan(room, 0.02, 0.45, 0.05, seed_point=(-2.0, -1.0))
+        return Stage(scenario, room, plan, load_robot("turtlebot2"))
+
+    return make

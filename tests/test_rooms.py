@@ -51,3 +51,15 @@ def test_no_modules_import_one_another_in_a_circle() -> None:
     while free := {module for module, needs in todo.items() if not needs & todo.keys()}:
         todo = {module: needs for module, needs in todo.items() if module not in free}
     assert sorted(todo) == []
+
+
+def test_a_methods_code_is_loaded_in_confined_processes_alone() -> None:
+    """Nobody else imports the loader, and nobody at all imports the two programs that do (design D12)."""
+    graph = grimp.build_graph("taskslam")
+    programs = {"taskslam.slam.guest.child", "taskslam.slam.guest.describe"}
+    assert graph.find_modules_that_directly_import("taskslam.slam.guest.loading") == programs
+    for program in programs:
+        assert graph.find_modules_that_directly_import(program) == set()
+    methods = {module for module in graph.modules if module.startswith("taskslam.slam.methods")}
+    for method in methods:
+        assert graph.find_modules_that_directly_import(method) <= methods, method

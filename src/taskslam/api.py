@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from taskslam.benchmark.run import run as _drive
+from taskslam.benchmark.sealing import sealed as _sealed
 from taskslam.benchmark.spec import RunSpec
 from taskslam.benchmark.stage import set_stage, stage_of
 from taskslam.errors import InputError, did_you_mean
@@ -48,12 +49,14 @@ def tour(
     latency: str = "fixed",
     settings: Mapping[str, Any] | None = None,
     world_paths: Sequence[Folder] = (),
+    sealed: bool = False,
 ) -> RunSpec:
     """The spec of a tour: what `run` drives.
 
     scenario: a shipped name or a YAML file; mode: `without-map` or `with-map`; rounds: those that count, by default the
     scenario's; options: the method's own; latency: `fixed`, `zero`, `measured` or `measured x 4`; settings: scenario
-    keys, `{"protocol.pause": 2}`; world_paths: where your copies of Gazebo worlds lie.
+    keys, `{"protocol.pause": 2}`; world_paths: where your copies of Gazebo worlds lie; sealed:
+    noise that the method cannot guess.
 
     Raises InputError (one sentence: what, where, what was expected) before anything is driven.
     """
@@ -62,7 +65,7 @@ def tour(
         overrides.append(f"protocol.rounds={rounds}")
     delay = LatencyModel.of(latency)
     stage = set_stage(load_scenario(scenario, overrides), [Path(path) for path in world_paths], Observer())
-    return stage.spec(method, _mode(mode), seed, options, delay)
+    return stage.spec(method, _mode(mode), seed, options, delay, sealed)
 
 
 def run(
@@ -78,7 +81,8 @@ def run(
     """
     observer = observer or Observer()
     stage = stage_of(spec, [Path(path) for path in world_paths], observer)
-    directory, _ = _drive(stage, spec, Path(out), observer, overwrite)
+    with _sealed(Path(out), spec.sealed):
+        directory, _ = _drive(stage, spec, Path(out), observer, overwrite)
     return load(directory)
 
 

@@ -76,6 +76,14 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+def cache_folder() -> Path:
+    """Where things are kept that can be made again: `TASKSLAM_CACHE`, or `taskslam` in the user's caches."""
+    if own := os.environ.get("TASKSLAM_CACHE"):
+        return Path(own).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "taskslam"
+
+
 def sync_folder(folder: Path) -> None:
     """Make renames inside a folder durable."""
     with writing(folder):

@@ -26,7 +26,7 @@ from taskslam.measurements import (
     WheelOdometry,
 )
 from taskslam.plugins import registered
-from taskslam.robot import SENSOR_GROUP, Imu, Lidar2D, Lidar3D, OdometryNoise, Part, SensorRig, StereoCamera
+from taskslam.robot import SENSOR_GROUP, Imu, Lidar2D, Lidar3D, Odometer, Part, SensorRig, StereoCamera
 from taskslam.robot.rgbd import RgbdCamera
 
 
@@ -153,7 +153,7 @@ _OURS = (
     SensorKind(
         measurement=WheelOdometry,
         words="wheel odometry",
-        part=OdometryNoise,
+        part=Odometer,
         field="odometry",
         is_frame=False,
         rank=1,

@@ -13,8 +13,8 @@ from taskslam.measurements import NANOSECONDS
 from taskslam.record import RunWriter
 from taskslam.record.trajectories import read_spatial_trajectory
 from taskslam.slam import Status
+from taskslam.slam.cards import card_of
 from taskslam.slam.guest.host import MethodHost
-from taskslam.slam.registry import load_method
 
 
 @pytest.mark.parametrize("bag", ["mcap"], indirect=True)  # each container gives back the same measurements
@@ -27,7 +27,7 @@ def test_replayed_and_fed_poses_are_the_same(bag, recorded, tmp_path, method, pa
         fed = [e for e in host.collect(3 * NANOSECONDS) if e.status is Status.TRACKING]
     record = RunWriter(tmp_path / "run")
     with open_dataset(bag) as dataset, MethodHost(method, {}, dataset.rig, record.method_log) as host:
-        check_sensors(dataset, load_method(method).card)
+        check_sensors(dataset, card_of(method))
         beginning = find_beginning(dataset, host.card)
         played = play(dataset, beginning, host, record, 0, 0, lambda stamp: stamp, lambda now: None)
     assert played.poses == len(fed) > 5
@@ -45,7 +45,7 @@ def test_replayed_and_fed_poses_are_the_same(bag, recorded, tmp_path, method, pa
 @pytest.mark.parametrize("bag", ["mcap"], indirect=True)
 def test_the_start_lies_on_the_truth_at_the_first_frame(bag, recorded):
     with open_dataset(bag) as dataset:
-        beginning = find_beginning(dataset, load_method("kiss_icp").card)
+        beginning = find_beginning(dataset, card_of("kiss_icp"))
     assert beginning.stamp == NANOSECONDS // 10
     pose = dict(recorded.truth)[beginning.stamp]
     assert np.array_equal(beginning.T_map_start, pose.matrix())

@@ -76,3 +76,14 @@ def test_the_paper_s_real_camera_has_its_published_numbers() -> None:
     assert stereo is not None
     assert (stereo.width, stereo.height, stereo.rate, stereo.baseline) == (640, 480, 30.0, 0.05)
     assert np.isclose(np.degrees(stereo.horizontal_fov), 87.0)
+
+
+def test_what_a_run_draws_is_refused_on_the_data_sheet_that_methods_read(tmp_path: Path) -> None:
+    robot = load_robot("turtlebot2")
+    assert robot.imperfections.odometry.scale == -0.0029
+    for key in ("scale", "slip", "gyro_bias", "accel_bias"):
+        assert key not in robot.rig.model_dump_json()
+    file = tmp_path / "mine.yaml"
+    file.write_text("built_on: turtlebot2\nname: mine\nrig: {odometry: {scale: 0.01}}\n")
+    with pytest.raises(RobotError, match=r"rig\.odometry\.scale: expected under imperfections\.odometry\.scale"):
+        load_robot(file)

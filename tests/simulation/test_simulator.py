@@ -9,7 +9,7 @@ import pytest
 from taskslam.errors import ScenarioError
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, LaserScan, WheelOdometry
-from taskslam.robot import Robot, load_robot
+from taskslam.robot import Imperfections, Robot, load_robot
 from taskslam.simulation.simulator import Simulator
 from taskslam.world import World
 
@@ -17,9 +17,10 @@ from taskslam.world import World
 def quiet(robot: Robot) -> Robot:
     """The same robot without any noise."""
     rig = robot.rig
-    odometry = rig.odometry.model_copy(update={"gyro_noise": 0, "gyro_bias": 0, "scale": 0.0, "slip": 0})
+    odometry = rig.odometry.model_copy(update={"gyro_noise": 0})
     lidar = rig.lidar_2d.model_copy(update={"noise": 0.0, "resolution": 0.0}) if rig.lidar_2d else None
-    return robot.model_copy(update={"rig": rig.model_copy(update={"odometry": odometry, "lidar_2d": lidar})})
+    rig = rig.model_copy(update={"odometry": odometry, "lidar_2d": lidar})
+    return robot.model_copy(update={"rig": rig, "imperfections": Imperfections()})
 
 
 def drive_a_while(
@@ -74,8 +75,8 @@ def test_noise_free_odometry_is_the_true_motion(room: World) -> None:
 
 def test_odometry_drifts_with_gyro_bias_and_wheel_scale(room: World) -> None:
     robot = quiet(load_robot("turtlebot2"))
-    odometry = robot.rig.odometry.model_copy(update={"scale": -0.01})
-    robot = robot.model_copy(update={"rig": robot.rig.model_copy(update={"odometry": odometry})})
+    short = Imperfections.model_validate({"odometry": {"scale": -0.01}})
+    robot = robot.model_copy(update={"imperfections": short})
     simulator = Simulator(room, robot, seed=0)
     last = [m for m in drive_a_while(simulator, 5.0, 0.2, 0.0) if isinstance(m, WheelOdometry)][-1]
     assert last.T_odom_base.x == pytest.approx(0.99 * simulator.true_pose().x)

@@ -9,6 +9,8 @@ import pytest
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError
 from taskslam.slam import registry
 from taskslam.slam.base import Kind
+from taskslam.slam.cards import card_of, inspect_method, inspect_methods
+from taskslam.slam.guest import loading
 
 THIRD_PARTY = Path(__file__).parent / "third_party"
 
@@ -53,18 +55,18 @@ def test_the_methods_of_this_package_are_registered():
 
 
 def test_only_ground_truth_is_a_reference():
-    ours = [s for s in registry.inspect_methods() if s.entry.distribution == "taskslam" and s.card]
+    ours = [s for s in inspect_methods() if s.entry.distribution == "taskslam" and s.card]
     assert [s.entry.name for s in ours if s.card.kind is Kind.REFERENCE] == ["ground_truth"]
 
 
 def test_an_unknown_name_lists_the_known_and_suggests_one():
     with pytest.raises(UnknownMethodError, match=r"known: .*karto.*Did you mean 'karto'\?"):
-        registry.load_method("karta")
+        card_of("karta")
 
 
 def test_a_class_can_be_named_directly():
-    found = registry.load_method("taskslam.slam.methods.wheel_odometry:WheelOdometryMethod")
-    assert found.card.name == "wheel_odometry"
+    found = card_of("taskslam.slam.methods.wheel_odometry:WheelOdometryMethod")
+    assert found.name == "wheel_odometry"
 
 
 @pytest.mark.parametrize(
@@ -77,7 +79,7 @@ def test_a_class_can_be_named_directly():
 )
 def test_what_is_not_a_method_says_why(name, words):
     with pytest.raises(InputError, match=words):
-        registry.load_method(name)
+        card_of(name)
 
 
 def test_an_absent_package_names_the_extra_that_brings_it(monkeypatch):
@@ -87,9 +89,9 @@ def test_an_absent_package_names_the_extra_that_brings_it(monkeypatch):
     def fail(_name):
         raise ModuleNotFoundError("No module named 'yag_slam'", name="yag_slam")
 
-    monkeypatch.setattr(registry.importlib, "import_module", fail)
+    monkeypatch.setattr(loading.importlib, "import_module", fail)
     with pytest.raises(MethodUnavailableError, match=r"extra 'yag-slam': pip install 'taskslam\[yag-slam\]'"):
-        registry.load_method("yag_slam")
+        loading.load_method("yag_slam")
 
 
 def test_a_method_whose_extra_is_not_installed_is_listed_with_the_command(guests, monkeypatch):
@@ -97,7 +99,7 @@ def test_a_method_whose_extra_is_not_installed_is_listed_with_the_command(guests
         raise registry.metadata.PackageNotFoundError
 
     monkeypatch.setattr(registry.metadata, "version", absent)
-    state = registry.inspect_method("yag_slam")
+    state = inspect_method("yag_slam")
     assert state.card is not None
     assert "pip install 'taskslam[yag-slam]'" in state.problem
-    assert registry.inspect_method("karto").problem == ""
+    assert inspect_method("karto").problem == ""

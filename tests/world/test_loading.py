@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from taskslam.errors import WorldError
+from taskslam.files import cache_folder
 from taskslam.world import loading
-from taskslam.world.cache import default_cache_dir
 from taskslam.world.loading import load_world
 
 
@@ -108,7 +108,7 @@ def test_new_script_in_a_searched_folder_is_noticed(site):
 )
 def test_damaged_cache_is_rebuilt(textured_world, imports, damage):
     first = load_world(textured_world)
-    (cached,) = (default_cache_dir() / "worlds").glob("*.npz")
+    (cached,) = (cache_folder() / "worlds").glob("*.npz")
     whole = cached.read_bytes()
     cached.write_bytes(damage(whole))
     assert_same(first, load_world(textured_world))
@@ -118,7 +118,7 @@ def test_damaged_cache_is_rebuilt(textured_world, imports, damage):
 
 def test_one_flipped_bit_in_the_cache_is_noticed(textured_world, imports):
     first = load_world(textured_world)
-    (cached,) = (default_cache_dir() / "worlds").glob("*.npz")
+    (cached,) = (cache_folder() / "worlds").glob("*.npz")
     data = bytearray(cached.read_bytes())
     data[data.index(first.visual.uv.tobytes())] ^= 1
     cached.write_bytes(data)
@@ -134,9 +134,9 @@ def test_cache_that_cannot_be_written_is_no_error(textured_world, tmp_path):
 def test_place_of_the_cache(monkeypatch, tmp_path):
     monkeypatch.delenv("TASKSLAM_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert default_cache_dir() == tmp_path / "taskslam"
+    assert cache_folder() == tmp_path / "taskslam"
     monkeypatch.setenv("TASKSLAM_CACHE", str(tmp_path / "own"))
-    assert default_cache_dir() == tmp_path / "own"
+    assert cache_folder() == tmp_path / "own"
 
 
 def test_world_file_may_be_named_by_a_crooked_path(site, textured_world):

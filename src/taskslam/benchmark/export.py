@@ -31,6 +31,7 @@ from taskslam.record.run_lock import RunLock
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
+from taskslam.slam.cards import card_of
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.task import Mode, Sequence
 
@@ -115,7 +116,8 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     sensors = _sensors(stage.robot.rig, request)
     spec = stage.spec(request.method, Mode.WITHOUT_MAP, request.seed, request.options, request.latency)
     observer.stage("building the simulator")
-    simulator = build_simulator(stage, spec, sensors)
+    card = card_of(spec.method)
+    simulator = build_simulator(stage, spec, sensors | set(card.sensors))
     until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
     folder = partial_folder(out)
     with writing(out):
@@ -128,7 +130,7 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
             with closing(_writer(request.format, folder, stage, sensors)) as writer:
                 platform = _Recorded(simulator, writer, sensors, until)
                 complete = record_tour(
-                    stage, spec, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
+                    stage, spec, card, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
                 )
             folder.rename(out)
             sync_folder(out.parent)

@@ -82,11 +82,21 @@ class ClosedLoop:
     def effort(self) -> Effort:
         """Frames and compute time of the method so far."""
         method = self.method
-        return Effort(method.frames, method.dropped_frames, method.compute_s, method.peak_memory)
+        return Effort(
+            method.frames,
+            method.dropped_frames,
+            method.compute_s,
+            method.peak_memory,
+            method.cpu_s,
+            method.stop_failure,
+        )
 
     def stop(self) -> None:
-        """End the method."""
+        """End the method. How it failed at that is a notice: its poses are in."""
+        already = self.method.stop_failure
         self.method.stop()
+        if self.method.stop_failure != already:
+            self._notice(self.method.stop_failure)
 
     def tick(self) -> Step:
         """One beat: measurements in, estimates in, one decision out."""

@@ -8,7 +8,7 @@ robot drives straight to the first.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.traveller import Effort, Poses, Traveller
@@ -37,14 +37,27 @@ class Tour:
     last_failure: str | None = None
     compute_s: float = 0.0
     method_peak_bytes: int = 0
+    method_cpu_s: float = 0.0
+    stop_failures: list[str] = field(default_factory=list)
     frames: int = 0
     dropped_frames: int = 0
 
     def __post_init__(self) -> None:
         """Rounds that ended before an interruption count."""
-        done = self.record.resumed
-        self.last_failure, self.compute_s, self.method_peak_bytes = done.failure, done.compute_s, done.peak_bytes
-        self.frames, self.dropped_frames = done.frames, done.dropped_frames
+        done, totals = self.record.resumed, self.record.resumed.totals
+        self.last_failure, self.frames, self.dropped_frames = done.failure, done.frames, done.dropped_frames
+        self.compute_s, self.method_cpu_s, self.method_peak_bytes = totals.compute_s, totals.cpu_s, totals.peak_bytes
+        self.stop_failures += totals.stop_failures
+
+    def tally(self, number: int, effort: Effort) -> None:
+        """For whoever must go on after round `number`: what was counted, with the effort of the life under way."""
+        self.record.tally(
+            number,
+            self.compute_s + effort.compute_s,
+            self.method_cpu_s + effort.cpu_s,
+            max(self.method_peak_bytes, effort.peak_memory),
+            self.stop_failures,
+        )
 
 
 def drive_tour(tour: Tour, mode: Mode) -> bool:
@@ -62,6 +75,7 @@ def _without_map(tour: Tour) -> bool:
         tour.observer.round_begins(number, rounds, priming=False)
         tour.record.event(RoundStarted(tour.platform.now, number, priming=False))
         complete = _guarded(tour, [(number, False)]) and complete
+        tour.tally(number, Effort())
     return complete
 
 
@@ -89,6 +103,10 @@ def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
         effort = life.traveller.effort()
         tour.compute_s += effort.compute_s
         tour.method_peak_bytes = max(tour.method_peak_bytes, effort.peak_memory)
+        tour.method_cpu_s += effort.cpu_s
+        if effort.stop_failure:
+            tour.stop_failures.append(f"round {life.round}: {effort.stop_failure}")
+            tour.observer.notice(tour.stop_failures[-1])
 
 
 class _Lifetime:
@@ -166,5 +184,5 @@ class _Lifetime:
         frames, dropped = effort.frames - before.frames, effort.dropped_frames - before.dropped_frames
         self.tour.frames += frames
         self.tour.dropped_frames += dropped
-        self.tour.record.tally(self.round, effort.compute_s - before.compute_s, effort.peak_memory)
+        self.tour.tally(self.round, effort)
         self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))

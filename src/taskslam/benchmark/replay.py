@@ -8,7 +8,6 @@ between two of them.
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -23,12 +22,13 @@ from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.processes.memory import own_peak_memory
+from taskslam.processes.scratch import Scratch
 from taskslam.record import DrivenBy, Manifest, MethodNotice, RoundEnded, RoundStarted, RunEnded, RunWriter
 from taskslam.record.place import settle
 from taskslam.slam import MapMode, MethodCard
+from taskslam.slam.cards import card_of
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import Limits, MethodHost
-from taskslam.slam.registry import load_method
 
 
 def replay(
@@ -49,7 +49,7 @@ def replay(
         RecordError: another run stands there. InfrastructureError.
     """
     observer = observer or Observer()
-    card = load_method(spec.method).card
+    card = card_of(spec.method)
     if spec.mode is Mode.WITH_MAP and card.map_mode is MapMode.NONE:
         raise InputError(f"method '{spec.method}' keeps no map (map_mode none on its card): replay it without-map")
     check_sensors(dataset, card)
@@ -62,7 +62,7 @@ def replay(
     with RunWriter(directory, overwrite, spec.to_json(), resume) as record:
         if record.notice:
             observer.notice(record.notice)
-        complete = _Replay(dataset, spec, limits or Limits(), card, record, observer).run()
+        complete = _Replay(dataset, spec, limits or Limits(), card, record, observer, out).run()
     return directory, complete
 
 
@@ -77,8 +77,12 @@ class _Replay:
         card: MethodCard,
         record: RunWriter,
         observer: Observer,
+        out: Path,
     ) -> None:
         self._dataset = dataset
+        self._card = card
+        self._out = out
+        self._proven = record.resumed.frames > 0
         self._spec = spec
         self._limits = limits
         self._record = record
@@ -87,20 +91,22 @@ class _Replay:
         done = record.resumed
         self._time = done.now  # ns of the run: rounds lie one after the other
         self._failure = done.failure
-        self._compute_s = done.compute_s
-        self._method_peak_bytes = done.peak_bytes
+        self._compute_s = done.totals.compute_s
+        self._method_cpu_s = done.totals.cpu_s
+        self._method_peak_bytes = done.totals.peak_bytes
+        self._stop_failures = [*done.totals.stop_failures]
         self._counted = (0, 0)
 
     def run(self) -> bool:
         """All rounds, then run.json; whether every round came to the end."""
-        wall, before = time.perf_counter(), self._record.resumed.wall_s
+        wall, before = time.perf_counter(), self._record.resumed.totals.wall_s
         complete = self._without_map() if self._spec.mode is Mode.WITHOUT_MAP else self._with_map()
         self._record.event(RunEnded(self._time, complete))
         task = self._spec.task.model_dump(mode="json", exclude={"source", "rounds"})
         skipped = dict(sorted(self._dataset.skipped.items()))
         self._record.finish(
             Manifest(
-                **said_by(self._spec),
+                **said_by(self._spec, self._card),
                 driven_by=DrivenBy.RECORDING,
                 scenario={"title": f"{self._dataset.name} (replay)", "dataset": task, "skipped": skipped},
                 versions=versions(),
@@ -110,6 +116,8 @@ class _Replay:
                 simulated_s=self._time / NANOSECONDS,
                 compute_s=self._compute_s,
                 method_peak_bytes=self._method_peak_bytes or None,
+                method_cpu_s=self._method_cpu_s or None,
+                stop_failures=tuple(self._stop_failures),
                 own_peak_bytes=own_peak_memory(),
                 complete=complete,
                 failure=self._failure,
@@ -122,13 +130,14 @@ class _Replay:
         complete = done.complete
         for number in range(done.rounds, self._spec.task.rounds):
             complete = self._lifetime(number, priming=False) and complete
+            self._tally(number)
         return complete
 
     def _with_map(self) -> bool:
-        if not load_method(self._spec.method).card.can_save_map:
+        if not self._card.can_save_map:
             return self._one_lifetime()
-        with tempfile.TemporaryDirectory() as folder:
-            saved = Path(folder) / "map"
+        with Scratch("replay") as scratch:
+            saved = scratch.folder / "map"
             if not self._lifetime(0, priming=True, then=lambda method: method.save_map(saved)):
                 return False
             complete = True
@@ -182,9 +191,19 @@ class _Replay:
         return True
 
     def _new_method(self) -> MethodHost:
-        spec, log = self._spec, self._record.method_log
+        spec, log, rig = self._spec, self._record.method_log, self._dataset.rig
         self._counted = (0, 0)
-        return MethodHost(spec.method, spec.options, self._dataset.rig, log, spec.latency, self._limits)
+        return MethodHost(
+            spec.method,
+            spec.options,
+            rig,
+            log,
+            spec.latency,
+            self._limits,
+            self._card,
+            (self._out, self._dataset.path),
+            self._proven,
+        )
 
     def _play(self, method: MethodHost, number: int, shift: int) -> Played:
         base = self._time
@@ -206,7 +225,7 @@ class _Replay:
     def _end(self, method: MethodHost, number: int, outcome: Outcome) -> None:
         frames, dropped = method.frames - self._counted[0], method.dropped_frames - self._counted[1]
         self._counted = (method.frames, method.dropped_frames)
-        self._record.tally(number, method.compute_s, method.peak_memory)
+        self._tally(number, method.compute_s, method.peak_memory)
         self._record.event(RoundEnded(self._time, number, outcome, frames, dropped))
 
     def _fail(self, method: MethodHost, number: int, failure: MethodFailedError) -> None:
@@ -215,7 +234,22 @@ class _Replay:
         self._record.event(MethodNotice(self._time, number, f"{failure.outcome}: {failure.detail}"))
         self._end(method, number, failure.outcome)
 
+    def _tally(self, number: int, compute_s: float = 0.0, peak_bytes: int = 0) -> None:
+        """What all rounds have taken, and the process that is under way besides."""
+        self._record.tally(
+            number,
+            self._compute_s + compute_s,
+            self._method_cpu_s,
+            max(self._method_peak_bytes, peak_bytes),
+            self._stop_failures,
+        )
+
     def _stop(self, method: MethodHost) -> None:
         method.stop()
+        self._proven = self._proven or method.started
+        self._method_cpu_s += method.cpu_s
+        if method.stop_failure:
+            self._stop_failures.append(method.stop_failure)
+            self._observer.notice(method.stop_failure)
         self._compute_s += method.compute_s
         self._method_peak_bytes = max(self._method_peak_bytes, method.peak_memory)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import platform as host_platform
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict
 from datetime import datetime
 from importlib import metadata
@@ -16,6 +17,7 @@ from typing import Any
 from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
+from taskslam.benchmark.sealing import salt_of, salted, seal_file
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage, source_of
@@ -31,8 +33,9 @@ from taskslam.record.place import settle
 from taskslam.record.run_directory import MANIFEST, RunWriter, load_run
 from taskslam.scenario import Scenario
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
+from taskslam.slam.base import MethodCard
+from taskslam.slam.cards import card_of
 from taskslam.slam.guest.host import Limits, MethodHost
-from taskslam.slam.registry import load_method
 from taskslam.task import GoalTolerance, Mode
 from taskslam.version import __version__
 from taskslam.world.map_server import save_floor_plan
@@ -47,11 +50,13 @@ def run(
     observer: Observer | None = None,
     overwrite: bool = False,
     limits: Limits | None = None,
+    salt: str | None = None,
 ) -> tuple[Path, bool]:
     """Drive one run on its stage; its directory, and whether every goal of every round was reached.
 
     A finished run of the very same spec is kept and not driven again; without a map, so are the rounds that had ended
-    when one was interrupted.
+    when one was interrupted. salt: of the sealed run that this one repeats; by default it is made with the secret that
+    rests in `out` (`sealing.py`).
 
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
@@ -60,7 +65,9 @@ def run(
             is gone on with by the next start.
     """
     observer, limits = observer or Observer(), limits or Limits()
-    load_method(spec.method)
+    card = card_of(spec.method)
+    if spec.sealed and salt is None:
+        salt = salt_of(out, spec.digest)
     directory = run_folder(out, spec)
     settle(directory)
     if not overwrite and (finished := finished_run(directory, spec)) is not None:
@@ -68,7 +75,7 @@ def run(
         return directory, finished.complete
     for attempt in range(_RETRIES + 1):
         try:
-            return directory, _attempt(stage, spec, directory, observer, overwrite, limits)
+            return directory, _attempt(stage, spec, card, salt, out, observer, overwrite, limits)
         except (HostFailedError, SimulatorFailedError) as failure:
             if attempt == _RETRIES:
                 raise
@@ -98,27 +105,52 @@ def finished_run(directory: Path, spec: RunSpec) -> Manifest | None:
     return manifest
 
 
-def _attempt(stage: Stage, spec: RunSpec, directory: Path, observer: Observer, overwrite: bool, limits: Limits) -> bool:
+def _attempt(
+    stage: Stage,
+    spec: RunSpec,
+    card: MethodCard,
+    salt: str | None,
+    out: Path,
+    observer: Observer,
+    overwrite: bool,
+    limits: Limits,
+) -> bool:
     def simulator() -> Platform:
         observer.stage("building the simulator")
-        return SimulatedPlatform(build_simulator(stage, spec))
+        return SimulatedPlatform(build_simulator(stage, spec, card.sensors, salt))
 
-    return record_tour(stage, spec, simulator, directory, observer, overwrite, limits=limits)
+    return record_tour(
+        stage,
+        spec,
+        card,
+        simulator,
+        run_folder(out, spec),
+        observer,
+        overwrite,
+        limits=limits,
+        closed=(out, seal_file(out)),
+        salt=salt,
+    )
 
 
 def record_tour(
     stage: Stage,
     spec: RunSpec,
+    card: MethodCard,
     make_platform: Callable[[], Platform],
     directory: Path,
     observer: Observer,
     overwrite: bool = False,
     drive: Callable[[Tour, Mode], bool] = drive_tour,
     limits: Limits | None = None,
+    closed: Sequence[Path] = (),
+    salt: str | None = None,
 ) -> bool:
     """Drive the tour on a platform and leave a finished run at `directory`; whether every goal was reached.
 
-    make_platform: called once, within the run's wall time; opened and closed here. drive: what drives the rounds.
+    card: what the method was described with. make_platform: called once, within the run's wall time; opened and closed
+    here. drive: what drives the rounds. closed: folders of results, which the method cannot read. salt: of a sealed
+    run.
     """
     wall = time.perf_counter()
     settings = navigation_settings(stage.scenario)
@@ -126,7 +158,11 @@ def record_tour(
     with (
         make_platform() as platform,
         RunWriter(
-            directory, overwrite, spec.to_json(), resume=platform.resumable and spec.mode is Mode.WITHOUT_MAP
+            directory,
+            overwrite,
+            spec.to_json(),
+            resume=platform.resumable and spec.mode is Mode.WITHOUT_MAP,
+            key="" if salt is None else hashlib.sha256(salt.encode()).hexdigest(),
         ) as record,
     ):
         if record.notice:
@@ -137,15 +173,28 @@ def record_tour(
         record.began_utc = platform.zero_utc.isoformat()
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
+        hosts: list[MethodHost] = []
+
         def traveller() -> ClosedLoop:
+            proven = done.frames > 0 or any(host.started for host in hosts)
             method = MethodHost(
-                spec.method, spec.options, stage.robot.rig, record.method_log, spec.latency, limits or Limits()
+                spec.method,
+                spec.options,
+                stage.robot.rig,
+                record.method_log,
+                spec.latency,
+                limits,
+                card,
+                closed,
+                proven,
             )
+            hosts.append(method)
             return ClosedLoop(platform, method, navigator, record, stage.scenario.start.pose, observer)
 
         tour = Tour(stage.scenario, platform, traveller, record, observer)
         complete = drive(tour, spec.mode)
-        record.finish(manifest_of(stage, spec, tour, complete, done.wall_s + time.perf_counter() - wall))
+        wall_s = done.totals.wall_s + time.perf_counter() - wall
+        record.finish(manifest_of(stage, spec, card, tour, complete, wall_s, salt))
     return complete
 
 
@@ -157,16 +206,20 @@ def navigation_settings(scenario: Scenario) -> NavigationSettings:
     return NavigationSettings(goal=GoalSettings(timeout_base=seconds, timeout_factor=0.0))
 
 
-def build_simulator(stage: Stage, spec: RunSpec, also: Collection[Sensor] = ()) -> Simulator:
-    """The simulator of a run, with the sensors that navigation and the method listen to, and those of `also`.
+def build_simulator(
+    stage: Stage, spec: RunSpec, sensors: Collection[Sensor] = (), salt: str | None = None
+) -> Simulator:
+    """The simulator of a run, with the sensors that navigation listens to, and those that the method and others need.
+
+    salt: of a sealed run.
 
     Raises ScenarioError if the robot cannot stand at the start, SimulatorFailedError if it cannot be built.
     """
     source = source_of(stage.scenario)
     assert stage.world is not None
-    sensors = DEFAULT_SENSORS | set(load_method(spec.method).card.sensors) | set(also)
     try:
-        simulator = Simulator(stage.world, stage.robot, spec.seed, source.lidar_geometry, sensors)
+        heard, dice = DEFAULT_SENSORS | set(sensors), salted(spec.seed, salt)
+        simulator = Simulator(stage.world, stage.robot, dice, source.lidar_geometry, heard)
     except TaskSlamError:
         raise
     except Exception as error:
@@ -180,11 +233,13 @@ def build_simulator(stage: Stage, spec: RunSpec, also: Collection[Sensor] = ()) 
     return simulator
 
 
-def manifest_of(stage: Stage, spec: RunSpec, tour: Tour, complete: bool, wall_s: float) -> Manifest:
+def manifest_of(
+    stage: Stage, spec: RunSpec, card: MethodCard, tour: Tour, complete: bool, wall_s: float, salt: str | None
+) -> Manifest:
     """What goes into run.json."""
     goal = navigation_settings(stage.scenario).goal
     return Manifest(
-        **said_by(spec),
+        **said_by(spec, card),
         driven_by=tour.platform.driven_by,
         goal_tolerance=GoalTolerance(position_m=goal.xy_tolerance, heading_rad=goal.yaw_tolerance),
         scenario=stage.scenario.model_dump(mode="json"),
@@ -194,16 +249,19 @@ def manifest_of(stage: Stage, spec: RunSpec, tour: Tour, complete: bool, wall_s:
         simulated_s=tour.platform.now / NANOSECONDS,
         wall_s=wall_s,
         started_utc=tour.platform.zero_utc.isoformat(),
+        salt=salt,
         complete=complete,
         failure=tour.last_failure,
         compute_s=tour.compute_s,
         method_peak_bytes=tour.method_peak_bytes or None,
+        method_cpu_s=tour.method_cpu_s or None,
+        stop_failures=tuple(tour.stop_failures),
         own_peak_bytes=own_peak_memory(),
     )
 
 
-def said_by(spec: RunSpec) -> dict[str, Any]:
-    """The fields of run.json that the spec alone decides."""
+def said_by(spec: RunSpec, card: MethodCard) -> dict[str, Any]:
+    """The fields of run.json that the spec alone decides, and the method's card."""
     return {
         "source": spec.task.source,
         "scenario_name": spec.task.name,
@@ -211,10 +269,11 @@ def said_by(spec: RunSpec) -> dict[str, Any]:
         "spec_hash": spec.digest,
         "behaviour": spec.behaviour,
         "method": spec.method,
-        "method_card": json.loads(json.dumps(asdict(load_method(spec.method).card), default=str)),
+        "method_card": json.loads(json.dumps(asdict(card), default=str)),
         "method_options": spec.options,
         "mode": spec.mode,
         "seed": spec.seed,
+        "sealed": spec.sealed,
         "rounds": spec.task.rounds,
         "latency": spec.latency.words,
     }

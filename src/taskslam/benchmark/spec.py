@@ -25,7 +25,7 @@ from taskslam.slam.guest.latency import LatencyModel
 from taskslam.slam.guest.wire import option_values
 from taskslam.user_files import complaint
 
-BEHAVIOUR = 1
+BEHAVIOUR = 2
 """Raised by whoever changes what a run of the same spec leaves behind. Runs of different numbers are not mixed."""
 
 _ONLY_WORDS: dict[str, Any] = {
@@ -90,7 +90,10 @@ class Recording(_Part):
 
 
 class RunSpec(_Part):
-    """A run. task: what is driven or played; options: the method's own; latency: how its estimates are delayed."""
+    """A run. task: what is driven or played; options: the method's own; latency: how its estimates are delayed.
+
+    sealed: whether its noise is salted (`sealing.py`). The salt is none of it: it is a result.
+    """
 
     task: Annotated[Drive | Recording, Field(discriminator="source")]
     method: str
@@ -98,6 +101,7 @@ class RunSpec(_Part):
     seed: Annotated[int, Field(ge=0)] = 0
     options: dict[str, Any] = {}
     latency: LatencyModel = LatencyModel()
+    sealed: bool = False
     behaviour: int = BEHAVIOUR
 
     @property
@@ -115,7 +119,7 @@ class RunSpec(_Part):
     def title(self) -> str:
         """For people."""
         seed = f" · seed {self.seed}" if self.seed else ""
-        return f"{self.task.name} · {self.way} · {self.mode}{seed}"
+        return f"{self.task.name} · {self.way} · {self.mode}{seed}{' · sealed' if self.sealed else ''}"
 
     @property
     def way(self) -> str:
@@ -149,13 +153,14 @@ def spec_of_tour(
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
     latency: LatencyModel | None = None,
+    sealed: bool = False,
 ) -> RunSpec:
     """The spec of a tour. digests: of the world and of the floor plan.
 
     Raises InputError for an option that JSON cannot hold.
     """
     drive = Drive(scenario=_portable(scenario), robot=robot, world=digests[0], floor_plan=digests[1])
-    return _spec(drive, method, mode, seed, options, latency)
+    return _spec(drive, method, mode, seed, options, latency, sealed)
 
 
 def spec_of_replay(
@@ -183,7 +188,7 @@ def run_folder(out: Path, spec: RunSpec) -> Path:
     way = re.sub(r"[^\w.,=+-]+", "_", spec.way)
     if len(way) > _LONGEST_NAME:
         way = f"{way[:_LONGEST_NAME]}-{_sha256(spec.way)[:8]}"
-    return out / spec.task.name / way / spec.mode / f"seed{spec.seed}"
+    return out / spec.task.name / way / spec.mode / f"seed{spec.seed}{'-sealed' if spec.sealed else ''}"
 
 
 def _spec(
@@ -193,12 +198,14 @@ def _spec(
     seed: int,
     options: Mapping[str, Any] | None,
     latency: LatencyModel | None,
+    sealed: bool = False,
 ) -> RunSpec:
     try:
         plain = option_values(options or {})
     except TypeError as error:
         raise InputError(f"method '{method}': option value {error}; expected text, numbers or lists") from error
-    return RunSpec(task=task, method=method, mode=mode, seed=seed, options=plain, latency=latency or LatencyModel())
+    delay = latency or LatencyModel()
+    return RunSpec(task=task, method=method, mode=mode, seed=seed, options=plain, latency=delay, sealed=sealed)
 
 
 def _portable(scenario: Scenario) -> Scenario:

@@ -47,9 +47,10 @@ class Stage:
         seed: int = 0,
         options: Mapping[str, Any] | None = None,
         latency: LatencyModel | None = None,
+        sealed: bool = False,
     ) -> RunSpec:
         """The spec of a run on this stage. Raises InputError for an option that JSON cannot hold."""
-        return spec_of_tour(self.scenario, self.robot, self.digests, method, mode, seed, options, latency)
+        return spec_of_tour(self.scenario, self.robot, self.digests, method, mode, seed, options, latency, sealed)
 
 
 def stage_of(spec: RunSpec, folders: Sequence[Path], observer: Observer) -> Stage:

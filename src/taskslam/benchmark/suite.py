@@ -79,6 +79,7 @@ def plan(
     rounds: int | None = None,
     settings: Sequence[str] = (),
     latencies: Sequence[str] = (),
+    sealed: bool = False,
     world_paths: Sequence[Path] = (),
     observer: Observer | None = None,
 ) -> Plan:
@@ -110,7 +111,7 @@ def plan(
             folders += folders_of(scenario)
             tours.append(partial(spec_of_tour, scenario, stage.robot, stage.digests))
     specs = [
-        spec(method.name, mode, seed, method.options, delay)
+        spec(method.name, mode, seed, method.options, delay, sealed)
         for seed in seeds
         for spec in tours
         for mode in modes

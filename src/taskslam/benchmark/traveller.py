@@ -35,13 +35,16 @@ class Effort:
     """What a traveller's life has taken so far.
 
     frames: sensor frames offered to SLAM, dropped_frames: those that it never saw; compute_s: processor seconds of
-    SLAM; peak_memory: bytes.
+    SLAM; peak_memory: bytes. Known once it was stopped: cpu_s, processor seconds of all processes of SLAM from start to
+    end, and stop_failure, how SLAM failed while it was stopped.
     """
 
     frames: int = 0
     dropped_frames: int = 0
     compute_s: float = 0.0
     peak_memory: int = 0
+    cpu_s: float = 0.0
+    stop_failure: str = ""
 
 
 class Traveller(Protocol):

@@ -49,6 +49,7 @@ def doctor() -> None:
     console = standard_output()
     findings = [
         *machine(),
+        *wall(),
         *core_packages(),
         *tag_packages(),
         *methods(),
@@ -99,17 +100,32 @@ def machine() -> list[Finding]:
         enough = memory > _ENOUGH_MEMORY_GB
         remedy = "" if enough else f"large worlds may need {_ENOUGH_MEMORY_GB:g} GB"
         findings.append(Finding("memory", Health.GOOD if enough else Health.NOTE, f"{memory:.1f} GB", remedy))
-    return [*findings, _wall()]
+    return findings
 
 
-def _wall() -> Finding:
-    """Whether the kernel can close the results to the methods (docs/decisions/004)."""
-    from taskslam.processes.landlock import is_available
+def wall() -> list[Finding]:
+    """What of the wall around methods holds under this kernel (docs/decisions/004)."""
+    from taskslam.processes import landlock
+    from taskslam.processes.confine import can_have_private_shared_memory
 
-    if is_available():
-        return Finding("landlock", Health.GOOD, "results are closed to the methods")
-    remedy = "a kernel of 5.13 or later, with landlock among its security modules"
-    return Finding("landlock", Health.NOTE, "off: a method that goes looking could read results", remedy)
+    open_to_all = "UDP, the names of files whose path is known, and their modes stay open"
+    if not landlock.is_available():
+        remedy = "a kernel of 5.13 or later, with landlock among its security modules; --sealed needs it"
+        detail = "no Landlock: a method that goes looking could read results and write anywhere"
+        return [Finding("wall", Health.NOTE, detail, remedy)]
+    files = f"Landlock {landlock.version()}: methods read packages and system libraries, and write their scratch folder"
+    findings = [Finding("wall", Health.GOOD, f"{files}; {open_to_all}")]
+    for what, holds, needs in (
+        ("TCP is closed to methods", landlock.closes_tcp(), "6.7"),
+        ("signals and abstract sockets are closed to methods", landlock.closes_signals(), "6.12"),
+    ):
+        words = what if holds else what.replace("are closed", "are open").replace("is closed", "is open")
+        remedy = "" if holds else f"a kernel of {needs} or later"
+        findings.append(Finding("wall", Health.GOOD if holds else Health.NOTE, words, remedy))
+    private = can_have_private_shared_memory()
+    words = "of its own" if private else "the machine's: this user may make no mount namespace"
+    shared = f"a method that declares shared memory gets a /dev/shm, {words}"
+    return [*findings, Finding("wall", Health.GOOD if private else Health.NOTE, shared)]
 
 
 def core_packages() -> list[Finding]:
@@ -144,7 +160,7 @@ def tag_packages() -> list[Finding]:
 
 def methods() -> list[Finding]:
     """Each registered method: available, or which command would make it so."""
-    from taskslam.slam.registry import inspect_methods
+    from taskslam.slam.cards import inspect_methods
 
     findings = []
     for state in inspect_methods():

@@ -24,7 +24,7 @@ def list_methods() -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from taskslam.slam.registry import inspect_methods
+    from taskslam.slam.cards import inspect_methods
 
     table = Table(box=None, header_style="bold", padding=(0, 1, 0, 0))
     for column in ("method", "kind", "sensors", "licence", "map", "repeats", "ready"):
@@ -60,10 +60,10 @@ def show(name: Annotated[str, typer.Argument(help="A method's name, or package.m
     from rich.markup import escape
     from rich.table import Table
 
-    from taskslam.slam.registry import inspect_method, load_method
+    from taskslam.slam.cards import card_of, inspect_method
 
     state = inspect_method(name)
-    card = state.card or load_method(name).card
+    card = state.card or card_of(name)
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     for key, value in _card_rows(card):
@@ -112,6 +112,12 @@ def check(
         raise typer.Exit(1)
 
 
+def _opened(card: MethodCard) -> list[str]:
+    """What a method needs opened in the wall around it."""
+    tcp, memory = ["TCP"] * card.loopback, ["shared memory"] * card.shared_memory
+    return [*tcp, *memory, *(f"reads {place}" for place in card.reads)]
+
+
 def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
     return [
         ("name", f"{card.name} {card.version}"),
@@ -127,6 +133,7 @@ def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
         ("asynchronous", "yes" if card.asynchronous else "no"),
         ("latency", f"{card.latency * 1e3:g} ms"),
         ("queue", f"{card.queue} frame{'s' if card.queue != 1 else ''}"),
+        ("beyond the wall", ", ".join(_opened(card)) or "nothing"),
         ("homepage", card.homepage or "-"),
         ("extra", card.extra or "none needed"),
     ]

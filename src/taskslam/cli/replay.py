@@ -55,13 +55,13 @@ def replay(
     from taskslam.cli.progress import progress
     from taskslam.datasets.opening import open_dataset
     from taskslam.robot import load_robot
+    from taskslam.slam.cards import card_of
     from taskslam.slam.guest.latency import LatencyMode, LatencyModel
-    from taskslam.slam.registry import load_method
 
     options = parse_options(option or [])
     rig = load_robot(robot) if robot else None
     for name in method:
-        load_method(name)
+        card_of(name)
     complete = True
     with (
         progress(quiet) as observer,

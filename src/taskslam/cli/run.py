@@ -47,6 +47,10 @@ def run(
     option: Annotated[
         list[str] | None, typer.Option("--option", help="An option of the method: loop_closing=false.")
     ] = None,
+    sealed: Annotated[
+        bool, typer.Option("--sealed", help="Noise that a method cannot guess; run.json then says how to repeat it.")
+    ] = False,
+    salt: Annotated[str, typer.Option(help="Repeat a sealed run: the salt that its run.json holds.")] = "",
     overwrite: Annotated[bool, typer.Option(help="Drive again what is finished already.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no tables.")] = False,
 ) -> None:
@@ -60,15 +64,25 @@ def run(
         taskslam run aws_small_house -m karto -m wheel_odometry --world-path ~/aws-robomaker-small-house-world
 
         taskslam run my_tour.yaml -m karto --mode with-map --set protocol.pause=2 --latency measured --cpu-scale 4
+
+        taskslam run house -m karto --mode with-map --rounds 2 --sealed
     """
+    from taskslam.benchmark.sealing import checked_salt
+    from taskslam.benchmark.sealing import sealed as seal
+    from taskslam.errors import InputError
     from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
     overrides = list(set_ or [])
     if rounds is not None:
         overrides.append(f"protocol.rounds={rounds}")
     options, delay = parse_options(option or []), LatencyModel(LatencyMode(latency.value), cpu_scale)
-    ways = [(name, chosen, seed, options, delay) for name in method for chosen in _modes(mode)]
-    complete = _drive(scenario, overrides, ways, out, world_path or [], overwrite, quiet)
+    is_sealed = sealed or bool(salt)
+    ways = [(name, chosen, seed, options, delay, is_sealed) for name in method for chosen in _modes(mode)]
+    if salt and len(ways) != 1:
+        raise InputError(f"--salt repeats one run; expected one method and one mode, not {len(ways)} runs")
+    with seal(out, sealed and not salt):
+        given = checked_salt(salt) if salt else None
+        complete = _drive(scenario, overrides, ways, out, world_path or [], overwrite, quiet, given)
     _conclude(out, quiet)
     raise typer.Exit(0 if complete else 1)
 
@@ -100,16 +114,17 @@ def _drive(
     world_paths: list[Path],
     overwrite: bool,
     quiet: bool,
+    salt: str | None = None,
 ) -> bool:
     from taskslam.benchmark.run import run as drive
     from taskslam.benchmark.stage import set_stage
     from taskslam.cli.progress import progress
     from taskslam.scenario import load_scenario
-    from taskslam.slam.registry import load_method
+    from taskslam.slam.cards import card_of
 
     loaded = load_scenario(scenario, overrides)
     for name, *_ in ways:
-        load_method(name)
+        card_of(name)
     all_complete = True
     with progress(quiet) as observer:
         stage = set_stage(loaded, world_paths, observer)
@@ -118,7 +133,7 @@ def _drive(
         for way in ways:
             spec = stage.spec(*way)
             observer.run_begins(spec.title)
-            _, complete = drive(stage, spec, out, observer, overwrite)
+            _, complete = drive(stage, spec, out, observer, overwrite, salt=salt)
             all_complete = all_complete and complete
     return all_complete
 

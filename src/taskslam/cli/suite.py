@@ -29,6 +29,9 @@ def suite(
         list[str] | None,
         typer.Option("--set", help="Override a key of every scenario: protocol.pause=2; may be repeated."),
     ] = None,
+    sealed: Annotated[
+        bool, typer.Option("--sealed", help="Noise that a method cannot guess; each run.json says how to repeat it.")
+    ] = False,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Runs at a time, one process each.")] = 1,
     out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("suite"),
     world_path: Annotated[
@@ -53,6 +56,7 @@ def suite(
     """
     from taskslam.benchmark.engine import Ending
     from taskslam.benchmark.engines.local import LocalEngine
+    from taskslam.benchmark.sealing import sealed as sealed_with
     from taskslam.benchmark.spec import run_folder
     from taskslam.benchmark.suite import load_suite, plan
     from taskslam.cli.progress import progress, suite_progress
@@ -64,15 +68,14 @@ def suite(
     with progress(quiet) as observer:
         planned = plan(
             load_suite(name), worlds, _words(methods), chosen, _numbers(seeds), rounds, set_ or (), _words(latencies),
-            world_path or [], observer,
+            sealed, world_path or [], observer,
         )  # fmt: skip
     engine = LocalEngine(jobs, planned.folders)
     try:
-        with (
-            suite_progress(quiet, len(planned.specs)) as watcher,
-            closing(engine.run(planned.specs, out, watcher)) as ran,
-        ):
-            results = [*planned.refused, *ran]
+        with suite_progress(quiet, len(planned.specs)) as watcher, sealed_with(out, sealed) as seal:
+            with closing(engine.run(planned.specs, out, watcher)) as driven:
+                results = [*planned.refused, *driven]
+            seal.keep = any(result.ending is Ending.FAILED for result in results)
     except StoppedError as stop:
         done = sum((run_folder(out, spec) / MANIFEST).exists() for spec in planned.specs)
         stop.add_note(f"{done} of {len(planned.specs)} runs are finished and kept; start again to go on")

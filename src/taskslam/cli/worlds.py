@@ -66,12 +66,13 @@ def import_world(
     """
     import time
 
-    from taskslam.world.cache import cache_file, default_cache_dir
+    from taskslam.files import cache_folder
+    from taskslam.world.cache import cache_file
     from taskslam.world.gazebo.resources import search_roots
     from taskslam.world.loading import load_world
 
     absolute = file.expanduser().absolute()
-    cached = cache_file(default_cache_dir(), absolute, search_roots(absolute, resource_path or ()))
+    cached = cache_file(cache_folder(), absolute, search_roots(absolute, resource_path or ()))
     if fresh:
         cached.unlink(missing_ok=True)
     start = time.perf_counter()

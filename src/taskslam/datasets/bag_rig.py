@@ -126,9 +126,7 @@ def imu(messages: list[Any], frames: Frames) -> Imu:
         mount=mount_of(frames.T_base(first.header.frame_id)),
         rate=rate_of(messages),
         gyro_noise=_deviation(first.angular_velocity_covariance),
-        gyro_bias=0.0,
         accel_noise=_deviation(first.linear_acceleration_covariance),
-        accel_bias=0.0,
     )
 
 

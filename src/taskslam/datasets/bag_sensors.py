@@ -19,7 +19,7 @@ from taskslam.datasets.ros_encoding import ODOM, RosEncoder, Said
 from taskslam.datasets.stamp_order import Pairing
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS, ImuSamples, LaserScan, PointCloud, WheelOdometry
-from taskslam.robot import Imu, Lidar2D, Lidar3D, OdometryNoise, load_robot
+from taskslam.robot import Imu, Lidar2D, Lidar3D, Odometer, load_robot
 
 _LASER, _LIDAR, _IMU = "laser", "velodyne", "imu_link"
 _POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("ring", "<u2"), ("time", "<f4")])
@@ -147,17 +147,17 @@ class Inertial(BagSensor):
 class Odometry(BagSensor):
     """Wheel odometry, of which no message tells the noise: that of the robot, or of a TurtleBot 2."""
 
-    def __init__(self, recording: Recording, given: OdometryNoise | None) -> None:
-        self.part: OdometryNoise = given or load_robot("turtlebot2").rig.odometry
+    def __init__(self, recording: Recording, given: Odometer | None) -> None:
+        self.part: Odometer = given or load_robot("turtlebot2").rig.odometry
         self._frames = recording.frames
 
     @staticmethod
-    def frames(part: OdometryNoise) -> list[tuple[str, FloatArray]]:  # noqa: ARG004
+    def frames(part: Odometer) -> list[tuple[str, FloatArray]]:  # noqa: ARG004
         """It speaks of the base itself."""
         return []
 
     @staticmethod
-    def messages(encoder: RosEncoder, part: OdometryNoise, measurement: WheelOdometry) -> Iterator[Said]:  # noqa: ARG004
+    def messages(encoder: RosEncoder, part: Odometer, measurement: WheelOdometry) -> Iterator[Said]:  # noqa: ARG004
         """The pose in `odom`."""
         stamp, at = measurement.stamp, measurement.T_odom_base
         yield "/odom", stamp, encoder.odometry(stamp, ODOM, at, measurement.linear, measurement.angular)

@@ -149,7 +149,7 @@ class EurocFolder(Dataset):
             raise DatasetError(f"{self._root}: {error}") from error
 
     def _read_imu(self) -> Imu:
-        """From densities to the standard deviation of one sample; what the bias is at the start, nobody says."""
+        """From densities to the standard deviation of one sample."""
         file = read_sensor_file(self._root / IMU / "sensor.yaml")
         rate = file.number("rate_hz")
         if rate <= 0:
@@ -158,9 +158,7 @@ class EurocFolder(Dataset):
             mount=mount_of(file.mount()),
             rate=rate,
             gyro_noise=file.number("gyroscope_noise_density") * math.sqrt(rate),
-            gyro_bias=0.0,
             accel_noise=file.number("accelerometer_noise_density") * math.sqrt(rate),
-            accel_bias=0.0,
         )
 
 

@@ -24,6 +24,7 @@ MAGIC = b"TSLM"
 MAX_HEADER = 1 << 20
 MAX_PAYLOAD = 256 << 20
 MAX_REPLY = 1 << 20
+_MOST_ARRAYS, _MOST_DIMENSIONS = 64, 8
 
 _PREFIX = struct.Struct("<4sII")
 DTYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "<i4", "<i8", "<u2", "<u4", "|u1")}
@@ -101,8 +102,8 @@ class MessageReader:
 def _parse_header(text: bytearray) -> Header:
     try:
         header = json.loads(text)
-    except ValueError as error:
-        raise WireError(f"message header is not JSON: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise WireError(f"message header is not JSON: {str(error)[:200]}") from error
     if not isinstance(header, dict):
         raise WireError("message header is not a JSON object")
     return header
@@ -111,19 +112,21 @@ def _parse_header(text: bytearray) -> Header:
 def _parse_arrays(declared: object, buffer: bytearray, start: int, end: int) -> Arrays:
     arrays: Arrays = {}
     at = start
-    if not isinstance(declared, (list, tuple)):
-        raise WireError("the declared arrays are not a list")
+    if not isinstance(declared, (list, tuple)) or len(declared) > _MOST_ARRAYS:
+        raise WireError(f"the declared arrays are not a list of at most {_MOST_ARRAYS}")
     for entry in declared:
         try:
             name, dtype_name, shape = entry
             dtype = DTYPES[dtype_name]
-            if not all(type(n) is int and n >= 0 for n in shape):
-                raise ValueError("negative or fractional shape")
+            if not isinstance(name, str) or len(shape) > _MOST_DIMENSIONS:
+                raise ValueError(f"a name that is no text, or more than {_MOST_DIMENSIONS} dimensions")
+            if not all(type(n) is int and 0 <= n <= MAX_PAYLOAD for n in shape):
+                raise ValueError("negative, fractional or boundless shape")
             stop = at + math.prod(shape) * dtype.itemsize
         except (KeyError, TypeError, ValueError) as error:
-            raise WireError(f"array declaration {str(entry)[:80]} is not [name, dtype, shape]") from error
+            raise WireError(f"array declaration {repr(entry)[:80]} is not [name, dtype, shape]") from error
         if stop > end:
-            raise WireError(f"array '{name}' {dtype_name} {shape} is larger than the message that holds it")
+            raise WireError(f"array '{name:.80}' {dtype_name} {shape} is larger than the message that holds it")
         arrays[name] = np.frombuffer(buffer[at:stop], dtype=dtype).reshape(shape)
         at = stop
     if at != end:

@@ -43,7 +43,9 @@ class Manifest(_Part):
     rounds: those that count (M), without the priming round; latency: fixed, measured or zero (design D3); complete:
     every goal of every round was reached; failure: in a sentence, what ended the run early; simulated_s: simulated time
     of the whole run, wall_s: what that took on this machine, compute_s: the method's own share of it;
-    method_peak_bytes: most memory resident in the method's process, of all its starts; own_peak_bytes: in the
+    sealed: whether its noise could not be guessed, salt: with which it is repeated; stop_failures: how the method
+    failed when it was stopped after its work; method_cpu_s: processor time of all its processes, of all its starts;
+    method_peak_bytes: most memory resident in the method's processes, of all its starts; own_peak_bytes: in the
     benchmark's, since that began.
     truth_frame: `map`, or `waypoint` if true poses are in a frame of each waypoint's own, whose place in `map` is not
     known: then arrivals compare with one another, but not with the goal or with an estimate. unjudged: goals that leave
@@ -65,6 +67,8 @@ class Manifest(_Part):
     method_options: dict[str, Any] = Field(default_factory=dict)
     mode: Mode
     seed: int
+    sealed: bool = False
+    salt: str | None = None
     rounds: int = Field(ge=1)
     latency: str
     goal_tolerance: GoalTolerance = GoalTolerance()
@@ -75,6 +79,8 @@ class Manifest(_Part):
     simulated_s: float = Field(ge=0)
     compute_s: float = Field(default=0.0, ge=0)
     method_peak_bytes: int | None = Field(default=None, ge=0)
+    method_cpu_s: float | None = Field(default=None, ge=0)
+    stop_failures: tuple[str, ...] = ()
     own_peak_bytes: int | None = Field(default=None, ge=0)
     complete: bool
     failure: str | None = None

@@ -66,6 +66,12 @@ def known_limits(card: Mapping[str, Any]) -> list[str]:
         limits.append("not deterministic")
     if card.get("odometry_prior"):
         limits.append("uses wheel odometry as prior")
+    if card.get("loopback"):
+        limits.append("network open (TCP)")
+    if card.get("shared_memory"):
+        limits.append("has shared memory")
+    if reads := _list(card, "reads"):
+        limits.append(f"reads {', '.join(map(str, reads))}")
     still = card.get("needs_still_start")
     if isinstance(still, int | float) and still > 0:
         limits.append(f"stands still {still:g} s first")

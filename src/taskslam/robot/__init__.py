@@ -1,6 +1,7 @@
 """The robot: what it weighs on the floor, how it may drive, and which sensors it carries where."""
 
-from taskslam.robot.parts import Camera, Imu, Lidar2D, Lidar3D, Mount, OdometryNoise, Part, StereoCamera
+from taskslam.robot.imperfections import Imperfections
+from taskslam.robot.parts import Camera, Imu, Lidar2D, Lidar3D, Mount, Odometer, Part, StereoCamera
 from taskslam.robot.robot import SENSOR_GROUP, Drive, Footprint, Robot, SensorRig, load_robot, robot_presets
 
 __all__ = [
@@ -8,11 +9,12 @@ __all__ = [
     "Camera",
     "Drive",
     "Footprint",
+    "Imperfections",
     "Imu",
     "Lidar2D",
     "Lidar3D",
     "Mount",
-    "OdometryNoise",
+    "Odometer",
     "Part",
     "Robot",
     "SensorRig",

@@ -64,20 +64,15 @@ class Lidar2D(Part):
         return self.angle_min + self.angle_increment * np.arange(self.samples, dtype=np.float64)
 
 
-class OdometryNoise(Part):
+class Odometer(Part):
     """Gyro-integrated wheel odometry (protocol 4.6): encoders give distance, the gyro gives heading.
 
-    gyro_noise: standard deviation of one gyro sample at `gyro_rate`, rad/s; gyro_bias: standard deviation of the bias
-    that each run draws once, rad/s; scale: systematic relative distance error; slip: relative random distance error
-    per square root of a metre; rate: Hz of the published odometry.
+    rate: Hz of the published odometry; gyro_noise: standard deviation of one gyro sample at `gyro_rate`, rad/s.
     """
 
     rate: Positive
     gyro_rate: Positive
     gyro_noise: NonNegative
-    gyro_bias: NonNegative
-    scale: float = 0.0
-    slip: NonNegative = 0.0
 
 
 class Lidar3D(Part):
@@ -143,14 +138,9 @@ class StereoCamera(Camera):
 
 
 class Imu(Part):
-    """A six-axis IMU (protocol 4.5). Noises are per-sample standard deviations, biases are drawn once per run.
-
-    gyro_noise, gyro_bias: rad/s; accel_noise, accel_bias: m/s^2.
-    """
+    """A six-axis IMU (protocol 4.5). gyro_noise, accel_noise: standard deviation of one sample, rad/s and m/s^2."""
 
     mount: Mount
     rate: Positive
     gyro_noise: NonNegative
-    gyro_bias: NonNegative
     accel_noise: NonNegative
-    accel_bias: NonNegative

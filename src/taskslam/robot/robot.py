@@ -21,7 +21,8 @@ from pydantic import (
 
 from taskslam.errors import RobotError
 from taskslam.plugins import registered
-from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, NonNegative, OdometryNoise, Part, Positive, StereoCamera
+from taskslam.robot.imperfections import Imperfections
+from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, NonNegative, Odometer, Part, Positive, StereoCamera
 from taskslam.robot.rgbd import RgbdCamera
 from taskslam.user_files import Shipped, check
 
@@ -49,13 +50,13 @@ class Footprint(Part):
 
 
 class SensorRig(Part):
-    """Everything that a method may be told about the robot's sensors: a part each, or None.
+    """Everything that a method may be told about the robot's sensors, their data sheets: a part each, or None.
 
     Parts of sensors that other packages register (`taskslam.sensors`) stand beside ours in files, under their own
     names. What a robot has not is not written: a new kind of sensor changes no other robot's bytes.
     """
 
-    odometry: OdometryNoise
+    odometry: Odometer
     lidar_2d: Lidar2D | None = None
     lidar_3d: Lidar3D | None = None
     stereo: StereoCamera | None = None
@@ -102,12 +103,13 @@ def _part_of_another(name: str) -> type[Part]:
 
 
 class Robot(Part):
-    """A robot as the simulator, the planner and the methods see it."""
+    """A robot. The planner knows drive and footprint, a method the rig, and the simulator what is wrong with it too."""
 
     name: str
     drive: Drive
     footprint: Footprint
     rig: SensorRig
+    imperfections: Imperfections = Imperfections()
 
 
 def robot_presets() -> list[str]:
@@ -123,6 +125,7 @@ def load_robot(name: str | Path) -> Robot:
             on itself; says which.
     """
     content, where = _described(name, ())
+    _refuse_imperfections_in(content.get("rig"), where)
     return check(Robot, content, where, RobotError)
 
 
@@ -140,6 +143,16 @@ def _described(reference: str | Path, above: tuple[str, ...]) -> tuple[dict[str,
         raise RobotError(f"{where}: built_on: {lower} is built on itself")
     under, _ = _described(lower, (*above, lower))
     return _merged(under, content), where
+
+
+def _refuse_imperfections_in(rig: object, where: str) -> None:
+    """What a run draws stood on the data sheets once, where methods could read it."""
+    for name, part in rig.items() if isinstance(rig, dict) else ():
+        for key in part if isinstance(part, dict) else ():
+            if Imperfections.holds(name, key):
+                raise RobotError(
+                    f"{where}: rig.{name}.{key}: expected under imperfections.{name}.{key}: methods are told the rig"
+                )
 
 
 def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

@@ -55,10 +55,10 @@ class Simulator:
     ) -> None:
         self._robot = robot
         self._contact: ContactGrid = contact_grid(world, robot.footprint)
-        self._odometer = WheelOdometer(robot.rig.odometry, seed)
+        self._odometer = WheelOdometer(robot.rig.odometry, robot.imperfections.odometry, seed)
         self._gyro_every = _whole_steps(robot.rig.odometry.gyro_rate, "odometry.gyro_rate")
         _whole_steps(robot.rig.odometry.rate, "odometry.rate")
-        surroundings = Surroundings(world, seed, lidar_geometry)
+        surroundings = Surroundings(world, seed, lidar_geometry, robot.imperfections)
         wanted = [kind for name, kind in fitted(robot.rig).items() if name in sensors and kind.device]
         by_rank = sorted(wanted, key=lambda kind: kind.rank)
         self._devices = [self._odometer, *(simulated(kind, robot.rig, surroundings) for kind in by_rank)]

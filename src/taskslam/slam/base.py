@@ -60,7 +60,9 @@ class MethodCard:
     sensors: measurements it must get. odometry_prior: whether wheel odometry is used to predict (it must then be in
     `sensors`). needs_still_start: seconds of standstill before the first drive. latency: seconds from a frame's stamp
     to the delivery of its estimate in `fixed` mode. queue: frames kept while the method is busy (1: the newest wins).
-    extra: the pip extra that brings its package, or None.
+    extra: the pip extra that brings its package, or None. What a method needs beyond the wall around it
+    (docs/decisions/004) is printed beside its results. reads: files and folders that it reads, by whole paths;
+    loopback: it talks over TCP with processes of its own; shared_memory: it needs a /dev/shm, as multiprocessing does.
     """
 
     name: str
@@ -79,6 +81,9 @@ class MethodCard:
     queue: int = 1
     homepage: str = ""
     extra: str | None = None
+    reads: tuple[str, ...] = ()
+    loopback: bool = False
+    shared_memory: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,15 +5,14 @@ A name of the form `package.module:Class` is taken as it is, for experiments tha
 
 from __future__ import annotations
 
-import importlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
 
-from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError, did_you_mean
+from taskslam.errors import MethodUnavailableError, UnknownMethodError, did_you_mean
 from taskslam.plugins import registered
-from taskslam.slam.base import MethodCard, SlamMethod
+from taskslam.slam.base import MethodCard
 
 GROUP = "taskslam.methods"
 
@@ -25,15 +24,6 @@ class MethodEntry:
     name: str
     target: str
     distribution: str
-
-
-@dataclass(frozen=True, slots=True)
-class MethodState:
-    """What is known of a method without running it: its card, or why it cannot be had (`problem`, else empty)."""
-
-    entry: MethodEntry
-    card: MethodCard | None
-    problem: str
 
 
 def registered_methods() -> dict[str, MethodEntry]:
@@ -59,56 +49,9 @@ def find_method(name: str) -> MethodEntry:
     raise UnknownMethodError(f"no SLAM method is called '{name}' (known: {known}).{did_you_mean(name, methods)}")
 
 
-def load_method(name: str) -> type[SlamMethod]:
-    """The class behind a name. It is imported, so the benchmark itself only calls this in the method's own process.
-
-    Raises:
-        UnknownMethodError: no such method.
-        MethodUnavailableError: a package that it needs is not installed; names the extra.
-        InputError: what the name leads to cannot be imported, or is not a SLAM method with a card.
-    """
-    entry = find_method(name)
-    module_name, _, class_name = entry.target.partition(":")
-    try:
-        found = getattr(importlib.import_module(module_name), class_name)
-    except ModuleNotFoundError as error:
-        missing = error.name or str(error)
-        if module_name == missing or module_name.startswith(f"{missing}."):
-            raise InputError(f"method '{name}': there is no module '{missing}' ({entry.target})") from error
-        raise MethodUnavailableError(_absent(entry, missing, None)) from error
-    except AttributeError as error:
-        raise InputError(f"method '{name}': module '{module_name}' has no class '{class_name}'") from error
-    except Exception as error:
-        raise InputError(f"method '{name}': importing {module_name} failed: {one_line(error)}") from error
-    if not (isinstance(found, type) and issubclass(found, SlamMethod)):
-        raise InputError(f"method '{name}': {entry.target} is not a subclass of taskslam.slam.SlamMethod")
-    if not isinstance(getattr(found, "card", None), MethodCard):
-        raise InputError(f"method '{name}': {entry.target} has no `card = MethodCard(...)`")
-    return found
-
-
 def unavailable(name: str, card: MethodCard, error: ModuleNotFoundError) -> MethodUnavailableError:
     """The error for a method that imported, but whose package turned out to be absent when it was needed."""
-    return MethodUnavailableError(_absent(find_method(name), error.name or str(error), card.extra))
-
-
-def inspect_methods() -> list[MethodState]:
-    """Every registered method with its card, or with the reason why it is broken. None of them stops the others."""
-    return [inspect_method(entry.name) for entry in registered_methods().values()]
-
-
-def inspect_method(name: str) -> MethodState:
-    """One method's card and whether its packages are installed; imports its module.
-
-    Raises:
-        UnknownMethodError: no such method.
-    """
-    entry = find_method(name)
-    try:
-        card = load_method(name).card
-    except InputError as error:
-        return MethodState(entry, None, str(error))
-    return MethodState(entry, card, _missing_of_extra(entry, card.extra))
+    return MethodUnavailableError(absent(find_method(name), error.name or str(error), card.extra))
 
 
 def one_line(error: BaseException) -> str:
@@ -123,7 +66,8 @@ def install_command(entry: MethodEntry, extra: str | None) -> str:
     return f"pip install '{distribution}[{extra}]'" if extra else f"pip install '{distribution}'"
 
 
-def _absent(entry: MethodEntry, missing: str, extra: str | None) -> str:
+def absent(entry: MethodEntry, missing: str, extra: str | None) -> str:
+    """That a method's package is not installed, and how to get it."""
     extra = extra or _extra_for(entry, missing)
     if extra is None:
         return f"method '{entry.name}' needs the package '{missing}', which is not installed"
@@ -133,7 +77,7 @@ def _absent(entry: MethodEntry, missing: str, extra: str | None) -> str:
     )
 
 
-def _missing_of_extra(entry: MethodEntry, extra: str | None) -> str:
+def missing_of_extra(entry: MethodEntry, extra: str | None) -> str:
     """Why a method is not available: the packages of its extra that are not installed; empty if all are."""
     if extra is None:
         return ""

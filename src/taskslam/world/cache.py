@@ -30,14 +30,6 @@ _FORMAT = 1
 _DAMAGE = (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
-def default_cache_dir() -> Path:
-    """`TASKSLAM_CACHE`, or `taskslam` in `XDG_CACHE_HOME`, or `~/.cache/taskslam`."""
-    if own := os.environ.get("TASKSLAM_CACHE"):
-        return Path(own).expanduser()
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "taskslam"
-
-
 def cache_file(cache_dir: Path, world_file: Path, roots: Sequence[Path]) -> Path:
     """Where a world is cached: by its path, the folders searched, and the code that imports it."""
     identity = json.dumps([_FORMAT, _code_digest(), str(world_file), [str(root) for root in roots]])

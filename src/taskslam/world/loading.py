@@ -8,8 +8,9 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 from taskslam.errors import WorldError, did_you_mean
+from taskslam.files import cache_folder
 from taskslam.plugins import registered
-from taskslam.world.cache import cache_file, default_cache_dir, load_cached, save_cached
+from taskslam.world.cache import cache_file, load_cached, save_cached
 from taskslam.world.gazebo.resources import Resources, search_roots
 from taskslam.world.world import World
 
@@ -49,7 +50,7 @@ def load_world(
     roots = search_roots(path, resource_paths)
     if not use_cache:
         return _import(path, Resources(roots))
-    file = cache_file(cache_dir if cache_dir is not None else default_cache_dir(), path, roots)
+    file = cache_file(cache_dir if cache_dir is not None else cache_folder(), path, roots)
     world = load_cached(file)
     if world is None:
         resources = Resources(roots)

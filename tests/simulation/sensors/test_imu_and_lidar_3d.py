@@ -7,7 +7,7 @@ import pytest
 
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, ImuSamples, PointCloud, Sensor
-from taskslam.robot import Robot, load_robot
+from taskslam.robot import Imperfections, Robot, load_robot
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.simulator import Simulator
 from taskslam.world import World
@@ -22,8 +22,9 @@ def changed(robot: Robot, **parts: dict[str, object]) -> Robot:
 
 
 def noise_free(rate: float = 100.0) -> Robot:
-    still = {"gyro_noise": 0.0, "gyro_bias": 0.0, "accel_noise": 0.0, "accel_bias": 0.0, "rate": rate}
-    return changed(load_robot("turtlebot2"), imu=still, lidar_3d={"noise": 0.0})
+    still = {"gyro_noise": 0.0, "accel_noise": 0.0, "rate": rate}
+    robot = changed(load_robot("turtlebot2"), imu=still, lidar_3d={"noise": 0.0})
+    return robot.model_copy(update={"imperfections": Imperfections()})
 
 
 def weave(simulator: Simulator, seconds: float) -> list[object]:
@@ -66,7 +67,8 @@ def rotation(theta: float) -> np.ndarray:
 
 
 def test_imu_noise_has_the_stated_spread_and_a_bias_that_stays_for_the_run(room: World) -> None:
-    robot = changed(load_robot("turtlebot2"), imu={"gyro_bias": 0.05, "accel_bias": 0.5})
+    wrong = Imperfections.model_validate({"imu": {"gyro_bias": 0.05, "accel_bias": 0.5}})
+    robot = load_robot("turtlebot2").model_copy(update={"imperfections": wrong})
     simulator = Simulator(room, robot, 1, sensors=SENSORS)
 
     def at_rest() -> np.ndarray:

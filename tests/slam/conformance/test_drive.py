@@ -5,6 +5,7 @@ import pytest
 
 from taskslam.geometry import wrap
 from taskslam.measurements import NANOSECONDS, ImuSamples, LaserScan, PointCloud, Sensor
+from taskslam.robot import Imperfections
 from taskslam.slam.conformance import room as conformance_room
 from taskslam.slam.conformance.drive import BY_FORMULA, ConformanceDrive
 
@@ -81,9 +82,9 @@ def to_surface(box, points):
 
 
 def test_inertial_samples_without_noise_integrate_to_the_motion(rig):
-    quiet = changed(rig, "imu", gyro_noise=0.0, gyro_bias=0.0, accel_noise=0.0, accel_bias=0.0)
+    quiet = changed(rig, "imu", gyro_noise=0.0, accel_noise=0.0)
     quiet = changed(quiet, "imu", mount=quiet.imu.mount.model_copy(update={"rpy": (0.1, -0.2, 0.7)}))
-    drive = ConformanceDrive(quiet, still=1.0, sensors=INERTIAL)
+    drive = ConformanceDrive(quiet, still=1.0, sensors=INERTIAL, imperfections=Imperfections())
     lever, R = np.array(quiet.imu.mount.xyz), quiet.imu.mount.matrix()[:3, :3]
     theta, velocity, place = 0.0, np.zeros(3), lever.copy()
     for sample in of(ImuSamples, drive.measurements(1, 20 * SECOND)):

@@ -235,11 +235,11 @@ def test_a_map_that_was_not_written_is_invalid_output(host_of, tmp_path):
         host.save_map(tmp_path / "map")
 
 
-def test_a_map_that_the_method_refuses_is_an_input_error(host_of, tmp_path):
+def test_a_map_that_the_method_refuses_is_its_failure(host_of, tmp_path):
     host = host_of("PickyMapper")
     host.start()
     (tmp_path / "map").write_text("other")
-    with pytest.raises(InputError, match="not a map"):
+    with pytest.raises(MethodFailedError, match="not a map"):
         host.load_map(tmp_path / "map")
     with pytest.raises(MethodFailedError):
         host.collect(0)
@@ -271,7 +271,7 @@ def test_a_full_disk_under_the_log_is_infrastructure(guests, rig, still_robot):
 def test_stopping_leaves_no_scratch_folder_and_no_process(host_of, still_robot):
     host = host_of("Guest")
     host.start()
-    scratch, pid = host._process.scratch, host._process._process.pid
+    scratch, pid = host._process.files.folder, host._process.pid
     drive(host, still_robot(100))
     assert scratch.is_dir()
     host.stop()
@@ -286,7 +286,7 @@ def test_a_method_dies_with_its_host(guests, tmp_path):
         "import sys, time; from pathlib import Path; from taskslam.robot import load_robot;"
         "from taskslam.slam.guest.host import MethodHost;"
         f"host = MethodHost('wheel_odometry', {{}}, load_robot('turtlebot2').rig, Path({str(tmp_path / 'log')!r}));"
-        "host.start(); print(host._process._process.pid, flush=True); time.sleep(60)"
+        "host.start(); print(host._process.pid, flush=True); time.sleep(60)"
     )
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=environment) as parent:

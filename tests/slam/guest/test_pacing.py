@@ -89,7 +89,7 @@ def test_between_frames_the_process_is_frozen_and_ends_all_the_same(host_of):
 
 
 def pid(host):
-    return host._guest._process.pid
+    return host._guest.pid
 
 
 def state(host):

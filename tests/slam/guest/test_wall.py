@@ -1,5 +1,6 @@
 """The wall around the truth: a method gets what its card asks for, and cannot get at more (design D4, issue's wall)."""
 
+import os
 import re
 import struct
 from pathlib import Path
@@ -20,7 +21,7 @@ class Snooping:
         (folder / "truth.tum").write_text("0.3 1.23456 7.654321 0 0 0 0 1\n")
         host = MethodHost(
             "snooping:Snoop",
-            {"redlof": str(folder)[::-1]},
+            {"redlof": str(folder)[::-1], "host": os.getpid()},
             rig,
             folder / "method.log",
             None,
@@ -32,7 +33,7 @@ class Snooping:
                     self.truths += [measurement.T_start_base.x, measurement.T_start_base.theta]
                 host.feed(measurement)  # true poses too, as a careless loop would
                 host.collect(measurement.stamp)
-            self.memory = memory_of(host._process._process.pid)
+            self.memory = memory_of(host._process.pid)
         self.log = (folder / "method.log").read_text(errors="replace")
 
 
@@ -82,7 +83,7 @@ def test_no_true_pose_is_in_what_the_method_could_print(snooping):
 
 def test_the_hosts_memory_files_and_environment_are_closed(snooping):
     for name in ("environ", "mem", "maps", "auxv", "cwd", "exe", "root"):
-        assert re.search(rf"^DENIED /proc/\d+/{name} ", snooping.log, re.MULTILINE), name
+        assert re.search(rf"^DENIED /proc/{os.getpid()}/{name} ", snooping.log, re.MULTILINE), name
     assert not re.search(r"^(READ|LINK) /proc/\d+/", snooping.log, re.MULTILINE)
 
 
@@ -111,3 +112,11 @@ def test_the_methods_environment_is_a_short_list(snooping, monkeypatch):
     assert "TASKSLAM_DATA" not in line
     assert "PYTEST_CURRENT_TEST" not in line
     assert "OMP_NUM_THREADS" in line
+
+
+@pytest.mark.skipif(not landlock.is_available(), reason="this kernel has no Landlock")
+def test_command_lines_and_other_folders_are_closed(snooping):
+    for name in ("cmdline", "status", "stat"):
+        assert re.search(rf"^DENIED /proc/{os.getpid()}/{name} ", snooping.log, re.MULTILINE), name
+    for folder in ("/proc", "/home", "/root", "/tmp", "/var", "/dev"):
+        assert re.search(rf"^DENIED {folder} ", snooping.log, re.MULTILINE), folder

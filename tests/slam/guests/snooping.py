@@ -13,7 +13,8 @@ from taskslam.slam.methods.wheel_odometry import WheelOdometryMethod
 class Snoop(WheelOdometryMethod):
     card = MethodCard("snoop", "1", "MIT", Kind.SLAM, (Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY))
 
-    def __init__(self, redlof: str):
+    def __init__(self, redlof: str, host: int):
+        self.host = host
         self.results = Path(redlof[::-1])  # written backwards, as the files that options name can be read
         self.snooped = False
 
@@ -27,7 +28,15 @@ class Snoop(WheelOdometryMethod):
         return None
 
     def snoop(self):
-        host = os.getppid()
+        for process in (self.host, os.getppid()):
+            self.snoop_at(process)
+        for folder in ("/proc", "/sys", "/home", "/root", "/tmp", "/var", "/dev", str(Path.home().parent)):
+            self.entries(Path(folder))
+        self.look_around()
+
+    def snoop_at(self, host):
+        for name in ("cmdline", "status", "stat", "comm", "wchan"):
+            self.read(Path(f"/proc/{host}/{name}"))
         for name in ("environ", "mem", "maps", "auxv", "syscall"):
             self.read(Path(f"/proc/{host}/{name}"))
         for name in ("fd", "task", "map_files"):
@@ -37,12 +46,14 @@ class Snoop(WheelOdometryMethod):
                     self.read(entry)
         for link in ("cwd", "exe", "root"):
             self.follow(Path(f"/proc/{host}/{link}"))
+
+    def look_around(self):
         for descriptor in Path("/proc/self/fd").iterdir():
             try:
                 print("OWN", descriptor.name, descriptor.readlink())
             except OSError:
                 continue
-        for path in (self.results, *self.entries(self.results)):
+        for path in (self.results, self.results / "truth.tum", *self.entries(self.results)):
             self.read(path)
         for module in (sys.modules[name] for name in sorted(sys.modules)):
             print("MODULE", module.__name__)

@@ -123,13 +123,13 @@ def _trajectory(waypoints: np.ndarray, pause: float, speed: float) -> list[np.nd
 def _odometry(
     truth: np.ndarray, robot: Robot, rng: np.random.Generator, bias: float | None, scale: float | None
 ) -> np.ndarray:
-    noise = robot.rig.odometry
+    noise, wrong = robot.rig.odometry, robot.imperfections.odometry
     dt = STEP * 1e-9
-    drift = rng.normal(0, noise.gyro_bias) if bias is None else bias
-    stretch = 1 + (noise.scale if scale is None else scale)
+    drift = rng.normal(0, wrong.gyro_bias) if bias is None else bias
+    stretch = 1 + (wrong.scale if scale is None else scale)
     steps = compose(invert(truth[:-1]), truth[1:])
     length = np.hypot(steps[:, 0], steps[:, 1])
-    factor = stretch + noise.slip * rng.normal(size=len(steps)) / np.sqrt(np.maximum(length, 1e-6))
+    factor = stretch + wrong.slip * rng.normal(size=len(steps)) / np.sqrt(np.maximum(length, 1e-6))
     steps[:, :2] *= np.where(length > 1e-9, factor, 1.0)[:, None]
     per_step = noise.gyro_noise / noise.gyro_rate * np.sqrt(noise.gyro_rate * dt)
     steps[:, 2] += drift * dt + per_step * rng.normal(size=len(steps))

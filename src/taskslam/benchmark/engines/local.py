@@ -24,7 +24,7 @@ from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.run import finished_run
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.errors import InfrastructureError, InputError, MethodUnavailableError, RecordError
-from taskslam.slam.registry import load_method
+from taskslam.slam.cards import card_of
 
 _LONGEST_LINE = 4096  # characters of a line of a worker; what is longer comes in pieces
 _LAST_LINES = 20  # kept of what a worker complains
@@ -174,7 +174,7 @@ def _without_driving(spec: RunSpec, out: Path) -> Result | None:
     except RecordError as error:
         return Result(spec.title, Ending.REFUSED, str(error), spec)
     try:
-        load_method(spec.method)
+        card_of(spec.method)
     except MethodUnavailableError:
         return Result(spec.title, Ending.UNAVAILABLE, f"{spec.method}: its package is not installed", spec)
     except InputError as error:

@@ -13,6 +13,7 @@ import numpy as np
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Sensor
 from taskslam.robot import Imu
+from taskslam.robot.imperfections import ImuImperfections
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
@@ -25,21 +26,21 @@ class InertialSensor:
 
     sensor = Sensor.IMU
 
-    def __init__(self, imu: Imu, seed: int) -> None:
+    def __init__(self, imu: Imu, wrong: ImuImperfections, seed: int) -> None:
         self._imu = imu
         self._seed = seed
         self.rate = imu.rate
         self._period = round(NANOSECONDS / imu.rate)
         self._R_imu_base = invert_se3(imu.mount.matrix())[:3, :3]
         self._lever = imu.mount.matrix()[:2, 3]
-        self._gyro_bias = imu.gyro_bias * stream(seed, "imu/gyro_bias").standard_normal(3)
-        self._accel_bias = imu.accel_bias * stream(seed, "imu/accel_bias").standard_normal(3)
+        self._gyro_bias = wrong.gyro_bias * stream(seed, "imu/gyro_bias").standard_normal(3)
+        self._accel_bias = wrong.accel_bias * stream(seed, "imu/accel_bias").standard_normal(3)
         self.reset(0)
 
     @classmethod
     def fitted(cls, imu: Imu, surroundings: Surroundings) -> Self:
         """As a robot carries it through a world."""
-        return cls(imu, surroundings.seed)
+        return cls(imu, surroundings.imperfections.imu, surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
 from taskslam.measurements import Measurement, Sensor
-from taskslam.robot import SensorRig
+from taskslam.robot import Imperfections, SensorRig
 from taskslam.sensors import SensorKind, found_at
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.raytracing import RayCaster
@@ -29,7 +29,7 @@ class SimulatedSensor(Protocol):
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The world that a sensor senses, and the seed of its noise (`streams.py`).
+    """The world that a sensor senses, the seed of its noise (`streams.py`), and what is wrong with the robot.
 
     lidar_geometry: `visual` as Gazebo's GPU ray sensor, `collision` as its CPU one.
     """
@@ -37,6 +37,7 @@ class Surroundings:
     world: World
     seed: int
     lidar_geometry: str = "visual"
+    imperfections: Imperfections = field(default_factory=Imperfections)
 
     @cached_property
     def rays(self) -> RayCaster:

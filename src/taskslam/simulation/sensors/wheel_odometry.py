@@ -11,7 +11,8 @@ import numpy as np
 
 from taskslam.geometry import SE2
 from taskslam.measurements import Sensor, WheelOdometry
-from taskslam.robot import OdometryNoise
+from taskslam.robot import Odometer
+from taskslam.robot.imperfections import OdometerImperfections
 from taskslam.simulation.drive import step_arc
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.streams import stream
@@ -22,11 +23,11 @@ class WheelOdometer:
 
     sensor = Sensor.WHEEL_ODOMETRY
 
-    def __init__(self, noise: OdometryNoise, seed: int) -> None:
-        self._noise = noise
+    def __init__(self, sheet: Odometer, wrong: OdometerImperfections, seed: int) -> None:
+        self._sheet, self._wrong = sheet, wrong
         self._seed = seed
-        self.rate = noise.rate
-        self._bias = noise.gyro_bias * float(stream(seed, "odometry/gyro_bias").standard_normal())
+        self.rate = sheet.rate
+        self._bias = wrong.gyro_bias * float(stream(seed, "odometry/gyro_bias").standard_normal())
         self.reset(0)
 
     def reset(self, count: int) -> None:
@@ -45,11 +46,10 @@ class WheelOdometer:
             self._gyro_noise = self._gyro.standard_normal(1000)
             self._slip_noise = self._wheels.standard_normal(1000)
             self._next = 0
-        noise = self._noise
-        rate = turned / dt + self._bias + noise.gyro_noise * float(self._gyro_noise[self._next])
-        slip = noise.slip * math.sqrt(abs(distance)) * float(self._slip_noise[self._next])
+        rate = turned / dt + self._bias + self._sheet.gyro_noise * float(self._gyro_noise[self._next])
+        slip = self._wrong.slip * math.sqrt(abs(distance)) * float(self._slip_noise[self._next])
         self._next += 1
-        self._linear = (distance * (1.0 + noise.scale) + slip) / dt
+        self._linear = (distance * (1.0 + self._wrong.scale) + slip) / dt
         self._angular = rate
         self._x, self._y, self._theta = step_arc(self._x, self._y, self._theta, self._linear, rate, dt)
 

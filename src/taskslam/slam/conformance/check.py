@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import tempfile
 from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -35,13 +34,15 @@ import numpy as np
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor
+from taskslam.processes.guest import Limits
+from taskslam.processes.scratch import Scratch
 from taskslam.robot import SensorRig
 from taskslam.sensors import sensor_kind
 from taskslam.slam.base import PoseEstimate, Status
+from taskslam.slam.cards import card_of
 from taskslam.slam.conformance.drive import BY_FORMULA, ConformanceDrive, Look
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import MethodHost
-from taskslam.slam.guest.process import Limits
 
 MakeLooks: TypeAlias = Callable[[SensorRig, Collection[Sensor]], Mapping[Sensor, Look]]
 
@@ -101,8 +102,8 @@ def check_method(
     """
     if not minutes >= 1:
         raise InputError(f"the memory check runs for {minutes:g} simulated minutes; expected at least 1")
-    with tempfile.TemporaryDirectory(prefix="taskslam-check-") as folder, ExitStack() as stack:
-        suite = _Suite(method, options, rig, minutes, limits or Limits(), Path(folder), stack, make_looks)
+    with Scratch("check") as scratch, ExitStack() as stack:
+        suite = _Suite(method, options, rig, minutes, limits or Limits(), scratch.folder, stack, make_looks)
         results = []
         for name, check in suite.checks().items():
             results.append(_try(name, check))
@@ -251,7 +252,8 @@ class _Suite:
         if self._host is not None:
             self._host.stop()
         self._host = None
-        host = MethodHost(self._method, self._options, self._rig, self._folder / "method.log", limits=self._limits)
+        log, card = self._folder / "method.log", card_of(self._method)
+        host = MethodHost(self._method, self._options, self._rig, log, limits=self._limits, described=card)
         self._stack.callback(host.stop)
         host.start()
         self._host, self._clock_s = host, 0.0

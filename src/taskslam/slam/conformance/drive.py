@@ -26,13 +26,14 @@ from taskslam.measurements import (
     TruePose,
     WheelOdometry,
 )
-from taskslam.robot import Imu, Lidar2D, Lidar3D, SensorRig
+from taskslam.robot import Imperfections, Imu, Lidar2D, Lidar3D, SensorRig, load_robot
 from taskslam.sensors import sensor_kind
 from taskslam.slam.conformance.room import planar_distances, spatial_distances
 
 _SPEED = 0.3
 _HALF_AXES = (2.6, 1.8)
 _INSTANT_S = 0.005  # half the time over which the turning rate is taken
+_ORDINARY = "turtlebot2"
 _GRAVITY = 9.8  # m/s^2, as in the simulator
 Look: TypeAlias = Callable[[int, SE2], Measurement]
 """What a sensor of the rig says at a stamp (ns) with the base at a pose in the room's frame."""
@@ -46,6 +47,7 @@ class ConformanceDrive:
 
     still: seconds of standstill at the start. sensors: what is measured at all, as far as the rig has it. looks: what
     the sensors say that no formula here knows, such as images (not in `BY_FORMULA`); without them those are silent.
+    imperfections: what is wrong with the sensors, the TurtleBot's if not given.
     Poses are `T_start_base`, the first being the identity.
     """
 
@@ -56,8 +58,10 @@ class ConformanceDrive:
         seed: int = 0,
         sensors: Collection[Sensor] = _DEFAULT_SENSORS,
         looks: Mapping[Sensor, Look] | None = None,
+        imperfections: Imperfections | None = None,
     ) -> None:
         self._rig = rig
+        self._wrong = imperfections or load_robot(_ORDINARY).imperfections
         self._looks = looks or {}
         self._still = still
         self._seed = seed
@@ -116,9 +120,9 @@ class ConformanceDrive:
 
     def _odometry(self, period: int) -> Iterator[WheelOdometry]:
         """Gyro-integrated odometry from the start of time, noise per period as the rig says."""
-        noise, dt = self._rig.odometry, period / NANOSECONDS
+        noise, wrong, dt = self._rig.odometry, self._wrong.odometry, period / NANOSECONDS
         random = np.random.Generator(np.random.PCG64(self._seed))
-        bias = noise.gyro_bias * random.standard_normal()
+        bias = wrong.gyro_bias * random.standard_normal()
         gyro = noise.gyro_noise / math.sqrt(max(1.0, noise.gyro_rate * dt))
         previous, odometry = self.pose(0), SE2()
         stamp, linear, angular = 0, 0.0, 0.0
@@ -128,8 +132,8 @@ class ConformanceDrive:
             pose = self.pose(stamp)
             turn = wrap_angle(pose.theta - previous.theta)
             distance = pose.distance_to(previous)
-            slip = noise.slip * math.sqrt(distance) * random.standard_normal()
-            linear = (distance * (1.0 + noise.scale) + slip) / dt
+            slip = wrong.slip * math.sqrt(distance) * random.standard_normal()
+            linear = (distance * (1.0 + wrong.scale) + slip) / dt
             angular = turn / dt + bias + gyro * random.standard_normal()
             half = 0.5 * angular * dt
             step = SE2(linear * dt * math.cos(half), linear * dt * math.sin(half), angular * dt)
@@ -191,8 +195,10 @@ class ConformanceDrive:
         force = _turned(np.array([-middle]), (velocities[1:] - velocities[:1]) * imu.rate)[0]
         force[2] += _GRAVITY
         R_imu_base = imu.mount.matrix()[:3, :3].T
-        gyro = R_imu_base @ np.array([0.0, 0.0, turn]) + imu.gyro_bias * bias[:3] + imu.gyro_noise * noise[:3]
-        accel = R_imu_base @ force + imu.accel_bias * bias[3:] + imu.accel_noise * noise[3:]
+        gyro = (
+            R_imu_base @ np.array([0.0, 0.0, turn]) + self._wrong.imu.gyro_bias * bias[:3] + imu.gyro_noise * noise[:3]
+        )
+        accel = R_imu_base @ force + self._wrong.imu.accel_bias * bias[3:] + imu.accel_noise * noise[3:]
         return ImuSamples(stamp, np.array([stamp], np.int64), gyro[None], accel[None])
 
     def _velocity(self, seconds: FloatArray, lever: FloatArray) -> FloatArray:

@@ -1,8 +1,9 @@
-"""The method's own process: `python -m taskslam.slam.guest.child REQUEST_FD REPLY_FD PARENT_PID [IMAGES_FD SLOT_SIZE]`.
+"""The method's own process: this module, run with arguments REQUEST_FD REPLY_FD [IMAGES_FD SLOT_SIZE].
 
-Started by `host.py`. It reads messages (`wire.py`) from one pipe, images from shared memory (`shared_images.py`), feeds
-them to the method and answers on another pipe. A method with threads of its own is paced (`pacing.py`). Standard output
-and error belong to the method and end in its log. Nothing else is inherited: no journal, no simulator, no true pose.
+Started by `host.py` through `processes/guest.py`, and confined before this module is loaded. It reads messages
+(`wire.py`) from one pipe, images from shared memory (`shared_images.py`), feeds them to the method and answers on
+another pipe. A method with threads of its own is paced (`pacing.py`). Standard output and error belong to the method
+and end in its log. Nothing else is inherited: no journal, no simulator, no true pose.
 """
 
 from __future__ import annotations
@@ -22,15 +23,14 @@ import numpy as np
 
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError, did_you_mean
 from taskslam.processes import messages
-from taskslam.processes.confine import confine_this_process
-from taskslam.processes.landlock import close_folder
+from taskslam.processes.guest import SINGLE_THREADED
 from taskslam.robot import SensorRig
 from taskslam.sensors import cameras, sensor_kind
 from taskslam.slam import registry
 from taskslam.slam.base import PoseEstimate, SlamMethod, Status
 from taskslam.slam.guest import wire
+from taskslam.slam.guest.loading import load_method
 from taskslam.slam.guest.pacing import Pacer
-from taskslam.slam.guest.process import SINGLE_THREADED
 from taskslam.slam.guest.shared_images import ImageWindow
 
 _CHUNK = 1 << 20
@@ -59,18 +59,6 @@ def construct(method: type[SlamMethod], name: str, options: Mapping[str, object]
     except (TypeError, ValueError) as error:
         traceback.print_exc()
         raise InputError(f"method '{name}' refuses its options {dict(options)}: {registry.one_line(error)}") from error
-
-
-def close_results(folder: Path, options: Mapping[str, object]) -> None:
-    """Make the folder in which the run is recorded unreadable, true poses and all, before the method's code is loaded.
-
-    Except where the method itself lies, and files in it that its options name.
-    """
-    code = [Path(entry) for entry in sys.path]
-    if folder in code:
-        return
-    named = [Path(value) for value in options.values() if isinstance(value, str) and "/" in value]
-    close_folder(folder, [Path.cwd(), Path(sys.prefix), Path(sys.base_prefix), *code, *named])
 
 
 class _Child:
@@ -148,8 +136,7 @@ class _Child:
         match header["do"]:
             case "construct":
                 self._name = header["method"]
-                close_results(Path(header["results"]), header["options"])
-                found = registry.load_method(self._name)
+                found = load_method(self._name)
                 if found.card.asynchronous:
                     for variable in SINGLE_THREADED:
                         os.environ.pop(variable, None)
@@ -179,7 +166,7 @@ class _Child:
         try:
             return step()
         except ModuleNotFoundError as error:
-            card = registry.load_method(self._name).card
+            card = load_method(self._name).card
             raise registry.unavailable(self._name, card, error) from error
 
     def _answer(self, **content: object) -> None:
@@ -238,13 +225,12 @@ def _array(value: object, shape: tuple[int, int], name: str) -> np.ndarray[Any, 
 def main(arguments: list[str]) -> None:
     """Serve one method.
 
-    Arguments: descriptors of the request and reply pipes, the host's process id, and, if images are shared, the
-    descriptor of their memory and the bytes of one slot.
+    Arguments: descriptors of the request and reply pipes and, if images are shared, the descriptor of their memory and
+    the bytes of one slot.
     """
-    request, reply, parent, *shared = (int(argument) for argument in arguments)
+    request, reply, *shared = (int(argument) for argument in arguments)
     for descriptor in (request, reply, *shared[:1]):
         os.set_inheritable(descriptor, False)
-    confine_this_process(parent)
     faulthandler.enable()
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]

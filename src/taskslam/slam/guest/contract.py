@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import typing
 from typing import Any
 
 import numpy as np
@@ -10,12 +10,18 @@ import numpy as np
 from taskslam.errors import InputError
 from taskslam.geometry import is_rigid
 from taskslam.measurements import Sensor
+from taskslam.printable import printable
 from taskslam.processes import messages
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted, sensor_kind
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, Status
 
 _LONGEST_LATENCY_S = 60.0
+_LONGEST_STILL_START_S = 600.0
+_LONGEST_QUEUE = 10_000
+_LONGEST_TEXT = 1000
+_FARTHEST_M = 1e5  # of a pose from its start: what a diverging filter says lies soon beyond
+_LARGEST_COVARIANCE = 1e12
 _RIGID_TOLERANCE = 1e-3  # methods that compute in float32 still pass
 
 
@@ -29,15 +35,34 @@ def read_card(method: str, answer: messages.Header) -> MethodCard:
         fields = dict(answer["card"])
         fields["sensors"] = tuple(sensor_kind(sensor).sensor for sensor in fields["sensors"])
         fields["kind"], fields["map_mode"] = Kind(fields["kind"]), MapMode(fields["map_mode"])
+        fields["reads"] = tuple(fields.get("reads", ()))
         card = MethodCard(**fields)
-        if not (0 <= card.latency < _LONGEST_LATENCY_S and card.queue >= 1 and 0 <= card.needs_still_start < math.inf):
+        _check_types(card)
+        if not (
+            0 <= card.latency < _LONGEST_LATENCY_S
+            and 1 <= card.queue <= _LONGEST_QUEUE
+            and 0 <= card.needs_still_start <= _LONGEST_STILL_START_S
+        ):
             raise ValueError(
-                f"latency {card.latency!r} s, queue {card.queue!r}, still start {card.needs_still_start!r} s; expected "
-                f"0 to {_LONGEST_LATENCY_S:g} s, at least 1, and a finite time"
+                f"latency {card.latency!r:.40} s, queue {card.queue!r:.40}, still start {card.needs_still_start!r:.40}"
+                f" s; expected 0 to {_LONGEST_LATENCY_S:g} s, 1 to {_LONGEST_QUEUE}, 0 to {_LONGEST_STILL_START_S:g} s"
             )
         return card
-    except (KeyError, TypeError, ValueError, InputError) as error:
-        raise InputError(f"method '{method}': its card is not valid: {error}") from error
+    except (KeyError, TypeError, ValueError, OverflowError, InputError) as error:
+        raise InputError(f"method '{method}': its card is not valid: {printable(str(error), _LONGEST_TEXT)}") from error
+
+
+def _check_types(card: MethodCard) -> None:
+    for name, kind in typing.get_type_hints(MethodCard).items():
+        value = getattr(card, name)
+        if kind in (str, bool, int) and type(value) is not kind:
+            raise TypeError(f"{name} is {value!r:.80}; expected {kind.__name__}")
+        if kind is float and type(value) not in (int, float):
+            raise TypeError(f"{name} is {value!r:.80}; expected a number")
+        if isinstance(value, str) and len(value) > _LONGEST_TEXT:
+            raise ValueError(f"{name} has {len(value)} characters; expected at most {_LONGEST_TEXT}")
+    if not all(isinstance(place, str) for place in card.reads) or not isinstance(card.extra, str | None):
+        raise TypeError("reads or extra; expected a list of paths, and a name or nothing")
 
 
 def read_estimate(fields: Any, arrays: messages.Arrays) -> PoseEstimate:
@@ -47,9 +72,15 @@ def read_estimate(fields: Any, arrays: messages.Arrays) -> PoseEstimate:
         WireError: a part is missing or unknown.
     """
     try:
-        return PoseEstimate(fields["stamp"], arrays["T_start_base"], Status(fields["status"]), arrays.get("covariance"))
+        estimate = PoseEstimate(
+            fields["stamp"], arrays["T_start_base"], Status(fields["status"]), arrays.get("covariance")
+        )
     except (KeyError, TypeError, ValueError) as error:
         raise messages.WireError(f"an estimate without its parts: {error}") from error
+    for array in (estimate.T_start_base, estimate.covariance):
+        if array is not None and array.dtype != np.float64:
+            raise messages.WireError(f"an estimate of numbers of type {array.dtype}; expected float64")
+    return estimate
 
 
 def what_is_wrong(estimate: PoseEstimate, now: int, last: int) -> str:
@@ -57,8 +88,14 @@ def what_is_wrong(estimate: PoseEstimate, now: int, last: int) -> str:
     T, covariance = estimate.T_start_base, estimate.covariance
     if not is_rigid(T, _RIGID_TOLERANCE):
         return f"a pose that is not {'a rigid transform' if np.isfinite(T).all() else 'finite'}"
-    if covariance is not None and (covariance.shape != (3, 3) or not np.isfinite(covariance).all()):
-        return "a covariance that is not a finite 3x3 matrix"
+    if np.abs(T[:3, 3]).max() > _FARTHEST_M:
+        return f"a pose more than {_FARTHEST_M / 1000:g} km from its start"
+    if covariance is not None and (
+        covariance.shape != (3, 3)
+        or not np.isfinite(covariance).all()
+        or np.abs(covariance).max() > _LARGEST_COVARIANCE
+    ):
+        return "a covariance that is not a 3x3 matrix of finite, bounded numbers"
     if type(estimate.stamp) is not int or estimate.stamp < last:
         return f"a pose that goes back in time (stamp {estimate.stamp} ns after {last} ns)"
     if estimate.stamp > now:

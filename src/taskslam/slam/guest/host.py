@@ -16,8 +16,9 @@ that fails is reported when its answer is due, never earlier, for the same reaso
 from __future__ import annotations
 
 import shutil
+import time
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self
@@ -32,18 +33,26 @@ from taskslam.errors import (
 )
 from taskslam.measurements import NANOSECONDS, Measurement
 from taskslam.outcomes import Outcome
+from taskslam.printable import one_line
 from taskslam.processes import messages
+from taskslam.processes.guest import GuestProcess, Limits, Program
+from taskslam.processes.wall import Wall, working_folder
 from taskslam.robot import Part, SensorRig
 from taskslam.sensors import cameras
 from taskslam.slam.base import MethodCard, PoseEstimate
+from taskslam.slam.content import place_of
 from taskslam.slam.guest import wire
 from taskslam.slam.guest.contract import check_needs, read_card, read_estimate, what_is_wrong
+from taskslam.slam.guest.enclosure import wall_of
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.latency import NEVER, HandOver, LatencyModel, Schedule
-from taskslam.slam.guest.process import GuestProcess, Limits
 from taskslam.slam.guest.shared_images import ImageSlots
+from taskslam.slam.registry import find_method
 
 _MAX_UNSENT = 64 << 20
+_LONGEST_MAP = 4 << 30
+_LONGEST_COMPUTE = 10**6 * NANOSECONDS
+_LONGEST_DETAIL = 500
 _INPUT_ERRORS = {"unknown": UnknownMethodError, "unavailable": MethodUnavailableError, "input": InputError}
 
 __all__ = ["Limits", "MethodHost"]
@@ -53,9 +62,13 @@ class MethodHost:
     """One method, from start to stop. Calls raise `MethodFailedError` once the method has failed.
 
     method: a registered name or `package.module:Class`. log: file to which what the method prints is added; the folder
-    that it lies in is where the run is recorded, and the method cannot read there. frames: frames of
-    the card's frame sensors fed; dropped_frames: those that the method never saw because it was busy; compute_s: CPU
-    time that it spent in `feed`; peak_memory: bytes resident at most.
+    that it lies in is closed to the method, and so is what `closed` lists. described: the card that the method was
+    described with (`cards.card_of`): places that it names are opened, and a method that starts with another is refused.
+    proven: it has started well before, in the same run: what fails at the start is then the method's own failure.
+    frames: frames of the card's frame sensors fed; dropped_frames: those that the method never saw because it was busy;
+    compute_s: CPU time that it spent in `feed`; cpu_s: of all its processes from start to end, once it has ended;
+    peak_memory: bytes resident at most, in all its processes; stop_failure: how it failed while it was stopped, empty
+    if it did not.
     """
 
     def __init__(
@@ -66,8 +79,14 @@ class MethodHost:
         log: Path,
         latency: LatencyModel | None = None,
         limits: Limits | None = None,
+        described: MethodCard | None = None,
+        closed: Sequence[Path] = (),
+        proven: bool = False,
     ) -> None:
         self._name = method
+        self._described = described
+        self._closed = (log.parent, *closed)
+        self._proven = proven
         self._rig = rig
         self._log = log
         self._latency = latency or LatencyModel()
@@ -89,7 +108,9 @@ class MethodHost:
         self._answer: messages.Header | None = None
         self._doom: tuple[Outcome, str] | None = None
         self._last_stamp = -1
+        self._starting = False
         self.compute_s = 0.0
+        self.stop_failure = ""
 
     @property
     def card(self) -> MethodCard:
@@ -113,6 +134,11 @@ class MethodHost:
         """Most bytes of resident memory seen so far."""
         return self._guest.peak_memory if self._guest else 0
 
+    @property
+    def cpu_s(self) -> float:
+        """Processor time of all the method's processes; 0 until it has ended."""
+        return self._guest.cpu_s if self._guest else 0.0
+
     def start(self) -> None:
         """Start the process, construct the method with its options and start it.
 
@@ -120,13 +146,32 @@ class MethodHost:
             UnknownMethodError, MethodUnavailableError: no such method, or its package is absent.
             InputError: wrong options, or the method needs a sensor that the robot has not, or asks for the truth.
             HostFailedError: the process cannot be run. DiskFullError: the log cannot be written.
-            MethodFailedError: it crashed or hung on the way.
+            MethodFailedError: it crashed or hung on the way, or, where it is `proven`, would not start.
         """
+        try:
+            self._start()
+        except InputError as error:
+            if not self._proven:
+                raise
+            self._failure = MethodFailedError(Outcome.CRASHED, f"did not start again: {error}")
+            raise self._failure from error
+
+    @property
+    def started(self) -> bool:
+        """Whether it has started well."""
+        return self._card is not None
+
+    def _start(self) -> None:
         if self._guest is not None:
             raise HostFailedError(f"method '{self._name}' was started already")
         self._cameras = cameras(self._rig)
         self._images = _image_slots(self._cameras.values())
-        self._guest = GuestProcess(self._log, self._limits, ":" in self._name, self._images)
+        try:
+            self._guest = GuestProcess(self._program(), self._wall(), self._log, self._limits)
+        except BaseException:
+            self._close_images()
+            raise
+        self._starting = True
         try:
             timeout = self._limits.start_timeout_s
             answer = self._ask(
@@ -135,18 +180,24 @@ class MethodHost:
                 do="construct",
                 method=self._name,
                 options=self._options,
-                results=str(self._log.parent.resolve()),
                 cpu_scale=self._latency.cpu_scale,
             )
             card = read_card(self._name, answer)
+            if self._described is not None and card != self._described:
+                raise InputError(
+                    f"method '{self._name}': its card at the start is not the one that it was described by"
+                )
             self._guest.freezes_itself = card.asynchronous
             check_needs(card, self._rig)
             self._schedule = Schedule(card.sensors, card.queue, self._latency.before(card.latency))
             self._ask("start", timeout, do="start", rig=self._rig.model_dump_json())
             self._card = card
+            self._guest.keep_compiled()
         except BaseException:
-            self._guest.end(grace_s=0)
+            self._end()
             raise
+        finally:
+            self._starting = False
 
     def feed(self, measurement: Measurement) -> None:
         """Offer one measurement, in stamp order; waits for the method only in `measured` mode.
@@ -191,39 +242,51 @@ class MethodHost:
         """
         self._need_maps("save")
         self._ask("save its map", self._limits.start_timeout_s, do="save_map", file="saved-map")
-        made, partial = self._process.scratch / "saved-map", path.with_name(path.name + ".part")
-        if not made.is_file():
+        made, partial = self._process.files.open("saved-map"), path.with_name(path.name + ".part")
+        if made is None:
             self._fail(Outcome.INVALID_OUTPUT, "save_map wrote no file")
-        try:
-            shutil.copyfile(made, partial)
-            partial.replace(path)
-        except OSError as error:
-            raise DiskFullError(f"{path}: cannot write the map: {error.strerror}") from error
+        with made:
+            if made.seek(0, 2) > _LONGEST_MAP:
+                self._fail(Outcome.INVALID_OUTPUT, f"save_map wrote more than {_LONGEST_MAP / 1e9:.0f} GB")
+            made.seek(0)
+            try:
+                partial.unlink(missing_ok=True)
+                with partial.open("xb") as file:
+                    shutil.copyfileobj(made, file)
+                partial.replace(path)
+            except OSError as error:
+                raise DiskFullError(f"{path}: cannot write the map: {error.strerror}") from error
 
     def load_map(self, path: Path) -> None:
         """Give the method a map that `save_map` wrote; right after `start`.
 
         Raises:
-            InputError: its card says that it cannot, or the file cannot be read, or is refused by the method, which
-                then is at its end. MethodFailedError.
+            InputError: its card says that it cannot, or the file cannot be read. MethodFailedError: it refuses it.
         """
         self._need_maps("load")
         try:
-            shutil.copyfile(path, self._process.scratch / "given-map")
+            with path.open("rb") as source, self._process.files.create("given-map") as given:
+                shutil.copyfileobj(source, given)
         except OSError as error:
             raise InputError(f"{path}: cannot read the map: {error.strerror}") from error
         self._ask("load its map", self._limits.start_timeout_s, do="load_map", file="given-map")
 
     def stop(self) -> None:
-        """End the method: ask it to stop, wait a little, kill what is left. May be called any number of times."""
+        """End the method: ask it to stop, wait a little, kill what is left. May be called any number of times.
+
+        A method that fails now has done its work: `stop_failure` says how.
+        """
         if self._guest is None or self._guest.ended:
             return
         if self._failure is None and self._card is not None:
-            self._unsent += messages.pack({"do": "stop"})
-            self._guest.write(self._unsent)
-            self._guest.end(self._limits.stop_timeout_s)
-        else:
-            self._guest.end(grace_s=0)
+            try:
+                self._ask("stop", self._limits.stop_timeout_s, do="stop")
+            except MethodFailedError as failure:
+                self.stop_failure = failure.detail
+            ending = self._end(self._limits.stop_timeout_s)
+            if ending and not self.stop_failure:
+                self.stop_failure = f"{self._name} {ending} after it was stopped"
+        self._end()
         if self._guest.log_error is not None and self._failure is None:
             raise DiskFullError(f"{self._log}: cannot write the method's log: {self._guest.log_error.strerror}")
 
@@ -242,6 +305,30 @@ class MethodHost:
     def _process(self) -> GuestProcess:
         assert self._guest is not None
         return self._guest
+
+    def _program(self) -> Program:
+        images = self._images
+        return Program(
+            "taskslam.slam.guest.child",
+            () if images is None else (str(images.fileno), str(images.slot_size)),
+            () if images is None else (images.fileno,),
+            working_folder() if ":" in self._name else None,
+            place_of("compiled", find_method(self._name)),
+        )
+
+    def _wall(self) -> Wall:
+        named = [Path(value) for value in self._options.values() if isinstance(value, str) and "/" in value]
+        return wall_of(self._name, self._described, named, self._closed)
+
+    def _end(self, grace_s: float = 0.0) -> str:
+        ending = self._process.end(grace_s)
+        self._close_images()
+        return ending
+
+    def _close_images(self) -> None:
+        if self._images is not None:
+            self._images.close()
+            self._images = None
 
     def _pass_time(self, until: int) -> None:
         """Hand over queued frames whose turn comes by `until`; in `measured` mode learn each frame's time first."""
@@ -265,26 +352,29 @@ class MethodHost:
 
     def _await_outstanding(self, number: int) -> None:
         """Wait until everything up to message `number` is answered."""
-        while self._outstanding and self._outstanding[0].number <= number:
-            self._hear(_words(self._outstanding[0]), self._limits.frame_timeout_s)
+        while self._outstanding and (first := self._outstanding[0]).number <= number:
+            deadline = time.monotonic() + self._limits.frame_timeout_s
+            while self._outstanding and self._outstanding[0] is first:
+                self._hear(_words(first), deadline, self._limits.frame_timeout_s)
 
     def _ask(self, what: str, timeout_s: float, **command: object) -> messages.Header:
         """Send a command and wait for its answer."""
         self._raise_failure()
         self._unsent += messages.pack(command)
         self._answer = None
+        deadline = time.monotonic() + timeout_s
         while self._answer is None:
-            self._hear(f"the request to {what}", timeout_s)
+            self._hear(f"the request to {what}", deadline, timeout_s)
         return self._answer
 
-    def _hear(self, about: str, timeout_s: float) -> None:
-        """Wait for bytes of the child and take in the messages that they complete.
+    def _hear(self, about: str, deadline: float, timeout_s: float) -> None:
+        """Wait for bytes of the child until `deadline` (monotonic) and take in the messages that they complete.
 
         A failure that these tell of later measurements is kept until those are due.
         """
         if self._doom is not None:
             self._fail(*self._doom)
-        data = self._process.exchange(self._unsent, timeout_s)
+        data = self._process.exchange(self._unsent, deadline - time.monotonic())
         if data is None:
             self._fail(Outcome.STALLED, f"gave no answer to {about} within {timeout_s:g} s")
         if not data:
@@ -302,13 +392,19 @@ class MethodHost:
                         raise messages.WireError(f"unknown message {other!r:.80}")
                 if self._doom is not None:
                     return
+        except InputError:
+            raise
         except messages.WireError as error:
             self._fail(Outcome.INVALID_OUTPUT, f"its process wrote into the reply pipe: {error}")
+        except Exception as error:  # whatever it said, it can only hurt the method (design D13)
+            self._fail(
+                Outcome.INVALID_OUTPUT, f"its process said what nobody understands: {type(error).__name__}: {error}"
+            )
 
     def _take_done(self, header: messages.Header, arrays: messages.Arrays) -> None:
         number, compute = header.get("number"), header.get("compute")
-        if not isinstance(number, int) or not isinstance(compute, int):
-            raise messages.WireError("an acknowledgement without a number")
+        if type(number) is not int or type(compute) is not int or not 0 <= compute <= _LONGEST_COMPUTE:
+            raise messages.WireError("an acknowledgement without a number and the time that it took")
         if self._images is not None:
             self._images.release(header.get("released", ()))
         self.compute_s += compute / NANOSECONDS
@@ -327,7 +423,7 @@ class MethodHost:
             self._last_stamp = estimate.stamp
             self._undelivered.append(estimate)
         took = header.get("took", compute)
-        if not isinstance(took, int):
+        if type(took) is not int or not 0 <= took <= _LONGEST_COMPUTE:
             raise messages.WireError("an acknowledgement without the time that it took")
         self._finish(took)
 
@@ -341,10 +437,10 @@ class MethodHost:
             self._undelivered.clear()
 
     def _take_error(self, header: messages.Header, about: str) -> None:
-        kind, detail = header.get("kind"), str(header.get("detail"))[:1000]
-        if kind in _INPUT_ERRORS and header.get("number") is None:  # a command was at fault, not a measurement
+        kind, detail = str(header.get("kind")), one_line(str(header.get("detail")), _LONGEST_DETAIL)
+        if kind in _INPUT_ERRORS and self._starting:  # what the user asked for was at fault, so the method says
             self._failure = MethodFailedError(Outcome.CRASHED, f"{self._name} ended: {detail}")
-            self._process.end(grace_s=0)
+            self._end()
             raise _INPUT_ERRORS[kind](detail)
         if self._outstanding:
             about = _words(self._outstanding[0])
@@ -362,8 +458,8 @@ class MethodHost:
             raise self._failure
 
     def _fail(self, outcome: Outcome, detail: str) -> NoReturn:
-        self._failure = MethodFailedError(outcome, f"{self._name} {detail}")
-        self._process.end(grace_s=0)
+        self._failure = MethodFailedError(outcome, one_line(f"{self._name} {detail}", 2 * _LONGEST_DETAIL))
+        self._end()
         raise self._failure
 
 

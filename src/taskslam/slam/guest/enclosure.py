@@ -1,0 +1,33 @@
+"""The wall around one method: what is opened for it beyond what every guest has, and what is closed to it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from taskslam.processes.wall import Wall, working_folder
+from taskslam.slam.base import MethodCard
+
+
+def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed: Iterable[Path]) -> Wall:
+    """The wall around a method. card: as it was described, None where nothing is known; named: files in its options.
+
+    closed: folders of results. The folder that holds the code of a method in the user's own stays open in these.
+    """
+    here = working_folder() if ":" in method else None
+    local = () if here is None else (here,)
+    places = tuple(Path(place) for place in card.reads) if card is not None else ()
+    read = (*local, *places, *(place.absolute() for place in named))
+    keep = (*read, *(Path(entry) for entry in sys.path if entry))
+    loopback, shared_memory = card is not None and card.loopback, card is not None and card.shared_memory
+    return Wall(read, tuple(_beside_code(closed, here)), keep, loopback, shared_memory)
+
+
+def _beside_code(closed: Iterable[Path], here: Path | None) -> Iterator[Path]:
+    """The same, but where results lie in the very folder that the method's code is in: those of this scenario."""
+    folders = [folder.resolve() for folder in closed]
+    for folder in folders:
+        if folder != here:
+            in_the_way = here in folders and folder.is_relative_to(here)
+            yield here / folder.relative_to(here).parts[0] if in_the_way and here is not None else folder
