@@ -56,6 +56,14 @@ def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
     sync_folder(path.parent)
 
 
+def cache_folder() -> Path:
+    """Where things are kept that can be made again: `TASKSLAM_CACHE`, or `taskslam` in the user's caches."""
+    if own := os.environ.get("TASKSLAM_CACHE"):
+        return Path(own).expanduser()
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "taskslam"
+
+
 @contextlib.contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
     """Wait until no other process writes a whole file into this folder. The lock dies with the process."""
@@ -74,14 +82,6 @@ def remove(path: Path) -> None:
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
-
-
-def cache_folder() -> Path:
-    """Where things are kept that can be made again: `TASKSLAM_CACHE`, or `taskslam` in the user's caches."""
-    if own := os.environ.get("TASKSLAM_CACHE"):
-        return Path(own).expanduser()
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "taskslam"
 
 
 def sync_folder(folder: Path) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.run import build_simulator, record_tour
+from taskslam.benchmark.run import Undertaking, build_simulator, record_tour
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
@@ -130,7 +130,11 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
             with closing(_writer(request.format, folder, stage, sensors)) as writer:
                 platform = _Recorded(simulator, writer, sensors, until)
                 complete = record_tour(
-                    stage, spec, card, lambda: platform, folder / DRIVE, observer, drive=_drive_until_enough
+                    Undertaking(stage, spec, card),
+                    lambda: platform,
+                    folder / DRIVE,
+                    observer,
+                    drive=_drive_until_enough,
                 )
             folder.rename(out)
             sync_folder(out.parent)

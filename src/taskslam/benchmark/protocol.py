@@ -44,20 +44,10 @@ class Tour:
 
     def __post_init__(self) -> None:
         """Rounds that ended before an interruption count."""
-        done, totals = self.record.resumed, self.record.resumed.totals
-        self.last_failure, self.frames, self.dropped_frames = done.failure, done.frames, done.dropped_frames
-        self.compute_s, self.method_cpu_s, self.method_peak_bytes = totals.compute_s, totals.cpu_s, totals.peak_bytes
-        self.stop_failures += totals.stop_failures
-
-    def tally(self, number: int, effort: Effort) -> None:
-        """For whoever must go on after round `number`: what was counted, with the effort of the life under way."""
-        self.record.tally(
-            number,
-            self.compute_s + effort.compute_s,
-            self.method_cpu_s + effort.cpu_s,
-            max(self.method_peak_bytes, effort.peak_memory),
-            self.stop_failures,
-        )
+        done = self.record.resumed
+        self.last_failure, self.compute_s, self.method_peak_bytes = done.failure, done.compute_s, done.peak_bytes
+        self.frames, self.dropped_frames = done.frames, done.dropped_frames
+        self.method_cpu_s, self.stop_failures = done.cpu_s, [*done.stop_failures]
 
 
 def drive_tour(tour: Tour, mode: Mode) -> bool:
@@ -75,7 +65,6 @@ def _without_map(tour: Tour) -> bool:
         tour.observer.round_begins(number, rounds, priming=False)
         tour.record.event(RoundStarted(tour.platform.now, number, priming=False))
         complete = _guarded(tour, [(number, False)]) and complete
-        tour.tally(number, Effort())
     return complete
 
 
@@ -132,11 +121,13 @@ class _Lifetime:
             self.round = number
             traveller.begin_round(number)
             outcome = self._round()
+            complete = complete and outcome is Outcome.REACHED
+            aborted = outcome is not Outcome.REACHED and tour.task.protocol.on_failure is OnFailure.ABORT
+            if aborted or number == numbers[-1][0]:
+                traveller.stop()  # how it fails at that is told in this round
             self._end_round(outcome)
-            if outcome is not Outcome.REACHED:
-                complete = False
-                if tour.task.protocol.on_failure is OnFailure.ABORT:
-                    break
+            if aborted:
+                break
         return complete
 
     def _round(self) -> Outcome:
@@ -166,6 +157,7 @@ class _Lifetime:
     def end_by(self, failure: MethodFailedError) -> None:
         """Record that the method itself ended this lifetime."""
         self._failed(failure.outcome, failure.detail, self.traveller.poses())
+        self.traveller.stop()
         self._end_round(failure.outcome)
 
     def _failed(self, outcome: Outcome, detail: str, at: Poses) -> None:
@@ -184,5 +176,11 @@ class _Lifetime:
         frames, dropped = effort.frames - before.frames, effort.dropped_frames - before.dropped_frames
         self.tour.frames += frames
         self.tour.dropped_frames += dropped
-        self.tour.tally(self.round, effort)
+        self.tour.record.tally(
+            self.round,
+            effort.compute_s - before.compute_s,
+            effort.peak_memory,
+            effort.cpu_s - before.cpu_s,
+            effort.stop_failure,
+        )
         self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))

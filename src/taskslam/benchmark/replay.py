@@ -82,7 +82,7 @@ class _Replay:
         self._dataset = dataset
         self._card = card
         self._out = out
-        self._proven = record.resumed.frames > 0
+        self._proven = False
         self._spec = spec
         self._limits = limits
         self._record = record
@@ -91,15 +91,15 @@ class _Replay:
         done = record.resumed
         self._time = done.now  # ns of the run: rounds lie one after the other
         self._failure = done.failure
-        self._compute_s = done.totals.compute_s
-        self._method_cpu_s = done.totals.cpu_s
-        self._method_peak_bytes = done.totals.peak_bytes
-        self._stop_failures = [*done.totals.stop_failures]
+        self._compute_s = done.compute_s
+        self._method_peak_bytes = done.peak_bytes
+        self._method_cpu_s = done.cpu_s
+        self._stop_failures = [*done.stop_failures]
         self._counted = (0, 0)
 
     def run(self) -> bool:
         """All rounds, then run.json; whether every round came to the end."""
-        wall, before = time.perf_counter(), self._record.resumed.totals.wall_s
+        wall, before = time.perf_counter(), self._record.resumed.wall_s
         complete = self._without_map() if self._spec.mode is Mode.WITHOUT_MAP else self._with_map()
         self._record.event(RunEnded(self._time, complete))
         task = self._spec.task.model_dump(mode="json", exclude={"source", "rounds"})
@@ -130,7 +130,6 @@ class _Replay:
         complete = done.complete
         for number in range(done.rounds, self._spec.task.rounds):
             complete = self._lifetime(number, priming=False) and complete
-            self._tally(number)
         return complete
 
     def _with_map(self) -> bool:
@@ -182,6 +181,7 @@ class _Replay:
             self._play(method, number, 0)
             if then is not None:
                 then(method)
+            method.stop()
             self._end(method, number, Outcome.REACHED)
         except MethodFailedError as failure:
             self._fail(method, number, failure)
@@ -225,7 +225,7 @@ class _Replay:
     def _end(self, method: MethodHost, number: int, outcome: Outcome) -> None:
         frames, dropped = method.frames - self._counted[0], method.dropped_frames - self._counted[1]
         self._counted = (method.frames, method.dropped_frames)
-        self._tally(number, method.compute_s, method.peak_memory)
+        self._record.tally(number, method.compute_s, method.peak_memory, method.cpu_s, method.stop_failure)
         self._record.event(RoundEnded(self._time, number, outcome, frames, dropped))
 
     def _fail(self, method: MethodHost, number: int, failure: MethodFailedError) -> None:
@@ -233,16 +233,6 @@ class _Replay:
         self._observer.notice(self._failure)
         self._record.event(MethodNotice(self._time, number, f"{failure.outcome}: {failure.detail}"))
         self._end(method, number, failure.outcome)
-
-    def _tally(self, number: int, compute_s: float = 0.0, peak_bytes: int = 0) -> None:
-        """What all rounds have taken, and the process that is under way besides."""
-        self._record.tally(
-            number,
-            self._compute_s + compute_s,
-            self._method_cpu_s,
-            max(self._method_peak_bytes, peak_bytes),
-            self._stop_failures,
-        )
 
     def _stop(self, method: MethodHost) -> None:
         method.stop()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import platform as host_platform
 import time
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Collection
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import Any
 from taskslam.benchmark.loop import ClosedLoop
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.protocol import Tour, drive_tour
-from taskslam.benchmark.sealing import salt_of, salted, seal_file
+from taskslam.benchmark.sealing import salt_of, salted, seal_file, told_apart
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage, source_of
@@ -43,6 +42,29 @@ from taskslam.world.map_server import save_floor_plan
 _RETRIES = 2  # infrastructure failures are retried and never counted against a method (design D6)
 
 
+@dataclass(frozen=True)
+class Undertaking:
+    """A run that is about to be driven.
+
+    card: what the method was described with. closed: folders of results, which the method cannot read. salt: of a
+    sealed run.
+    """
+
+    stage: Stage
+    spec: RunSpec
+    card: MethodCard
+    limits: Limits = field(default_factory=Limits)
+    closed: tuple[Path, ...] = ()
+    salt: str | None = None
+
+    def host(self, log: Path, proven: bool) -> MethodHost:
+        """A fresh host of the method. proven: whether it has started well before in this run."""
+        spec, rig = self.spec, self.stage.robot.rig
+        return MethodHost(
+            spec.method, spec.options, rig, log, spec.latency, self.limits, self.card, self.closed, proven
+        )
+
+
 def run(
     stage: Stage,
     spec: RunSpec,
@@ -64,18 +86,19 @@ def run(
         InfrastructureError: after retries; what was measured stays in the partial folder that the message names, and
             is gone on with by the next start.
     """
-    observer, limits = observer or Observer(), limits or Limits()
+    observer = observer or Observer()
     card = card_of(spec.method)
-    if spec.sealed and salt is None:
-        salt = salt_of(out, spec.digest)
     directory = run_folder(out, spec)
     settle(directory)
-    if not overwrite and (finished := finished_run(directory, spec)) is not None:
+    if not overwrite and (finished := finished_run(directory, spec, salt)) is not None:
         observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
         return directory, finished.complete
+    if spec.sealed and salt is None:
+        salt = salt_of(out, spec.digest)
+    undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt)
     for attempt in range(_RETRIES + 1):
         try:
-            return directory, _attempt(stage, spec, card, salt, out, observer, overwrite, limits)
+            return directory, _attempt(undertaking, directory, observer, overwrite)
         except (HostFailedError, SimulatorFailedError) as failure:
             if attempt == _RETRIES:
                 raise
@@ -83,11 +106,12 @@ def run(
     raise AssertionError("unreachable: the last attempt returns or raises")
 
 
-def finished_run(directory: Path, spec: RunSpec) -> Manifest | None:
+def finished_run(directory: Path, spec: RunSpec, salt: str | None = None) -> Manifest | None:
     """What the finished run at `directory` was, None if there is none.
 
     Raises:
-        RecordError: it is a run of another spec, or of this one as another version drove it, or cannot be read.
+        RecordError: it is a run of another spec, or of this one as another version drove it, or it was sealed with
+            another salt than is to be repeated, or cannot be read.
     """
     if not (directory / MANIFEST).exists():
         return None
@@ -102,67 +126,42 @@ def finished_run(directory: Path, spec: RunSpec) -> Manifest | None:
         raise RecordError(
             f"{directory}: a finished run of another configuration stands there; choose another --out, or --overwrite"
         )
+    if salt is not None and manifest.salt != salt:
+        raise RecordError(
+            f"{directory}: a finished run of another salt stands there; choose another --out, or --overwrite"
+        )
     return manifest
 
 
-def _attempt(
-    stage: Stage,
-    spec: RunSpec,
-    card: MethodCard,
-    salt: str | None,
-    out: Path,
-    observer: Observer,
-    overwrite: bool,
-    limits: Limits,
-) -> bool:
+def _attempt(undertaking: Undertaking, directory: Path, observer: Observer, overwrite: bool) -> bool:
     def simulator() -> Platform:
         observer.stage("building the simulator")
-        return SimulatedPlatform(build_simulator(stage, spec, card.sensors, salt))
+        sensors, salt = undertaking.card.sensors, undertaking.salt
+        return SimulatedPlatform(build_simulator(undertaking.stage, undertaking.spec, sensors, salt))
 
-    return record_tour(
-        stage,
-        spec,
-        card,
-        simulator,
-        run_folder(out, spec),
-        observer,
-        overwrite,
-        limits=limits,
-        closed=(out, seal_file(out)),
-        salt=salt,
-    )
+    return record_tour(undertaking, simulator, directory, observer, overwrite)
 
 
 def record_tour(
-    stage: Stage,
-    spec: RunSpec,
-    card: MethodCard,
+    undertaking: Undertaking,
     make_platform: Callable[[], Platform],
     directory: Path,
     observer: Observer,
     overwrite: bool = False,
     drive: Callable[[Tour, Mode], bool] = drive_tour,
-    limits: Limits | None = None,
-    closed: Sequence[Path] = (),
-    salt: str | None = None,
 ) -> bool:
     """Drive the tour on a platform and leave a finished run at `directory`; whether every goal was reached.
 
-    card: what the method was described with. make_platform: called once, within the run's wall time; opened and closed
-    here. drive: what drives the rounds. closed: folders of results, which the method cannot read. salt: of a sealed
-    run.
+    make_platform: called once, within the run's wall time; opened and closed here. drive: what drives the rounds.
     """
+    stage, spec = undertaking.stage, undertaking.spec
     wall = time.perf_counter()
     settings = navigation_settings(stage.scenario)
     navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
     with (
         make_platform() as platform,
         RunWriter(
-            directory,
-            overwrite,
-            spec.to_json(),
-            resume=platform.resumable and spec.mode is Mode.WITHOUT_MAP,
-            key="" if salt is None else hashlib.sha256(salt.encode()).hexdigest(),
+            directory, overwrite, spec.to_json(), _resumes(platform, spec), told_apart(undertaking.salt)
         ) as record,
     ):
         if record.notice:
@@ -176,26 +175,20 @@ def record_tour(
         hosts: list[MethodHost] = []
 
         def traveller() -> ClosedLoop:
-            proven = done.frames > 0 or any(host.started for host in hosts)
-            method = MethodHost(
-                spec.method,
-                spec.options,
-                stage.robot.rig,
-                record.method_log,
-                spec.latency,
-                limits,
-                card,
-                closed,
-                proven,
-            )
+            proven = bool(done.rounds) or any(host.started for host in hosts)
+            method = undertaking.host(record.method_log, proven)
             hosts.append(method)
             return ClosedLoop(platform, method, navigator, record, stage.scenario.start.pose, observer)
 
         tour = Tour(stage.scenario, platform, traveller, record, observer)
         complete = drive(tour, spec.mode)
-        wall_s = done.totals.wall_s + time.perf_counter() - wall
-        record.finish(manifest_of(stage, spec, card, tour, complete, wall_s, salt))
+        record.finish(manifest_of(undertaking, tour, complete, done.wall_s + time.perf_counter() - wall))
     return complete
+
+
+def _resumes(platform: Platform, spec: RunSpec) -> bool:
+    """Whether rounds that ended before an interruption stay: each is a trial of its own, and time can go on."""
+    return platform.resumable and spec.mode is Mode.WITHOUT_MAP
 
 
 def navigation_settings(scenario: Scenario) -> NavigationSettings:
@@ -233,13 +226,12 @@ def build_simulator(
     return simulator
 
 
-def manifest_of(
-    stage: Stage, spec: RunSpec, card: MethodCard, tour: Tour, complete: bool, wall_s: float, salt: str | None
-) -> Manifest:
+def manifest_of(undertaking: Undertaking, tour: Tour, complete: bool, wall_s: float) -> Manifest:
     """What goes into run.json."""
+    stage, spec = undertaking.stage, undertaking.spec
     goal = navigation_settings(stage.scenario).goal
     return Manifest(
-        **said_by(spec, card),
+        **said_by(spec, undertaking.card),
         driven_by=tour.platform.driven_by,
         goal_tolerance=GoalTolerance(position_m=goal.xy_tolerance, heading_rad=goal.yaw_tolerance),
         scenario=stage.scenario.model_dump(mode="json"),
@@ -249,7 +241,7 @@ def manifest_of(
         simulated_s=tour.platform.now / NANOSECONDS,
         wall_s=wall_s,
         started_utc=tour.platform.zero_utc.isoformat(),
-        salt=salt,
+        salt=undertaking.salt,
         complete=complete,
         failure=tour.last_failure,
         compute_s=tour.compute_s,

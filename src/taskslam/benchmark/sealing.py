@@ -78,6 +78,11 @@ def checked_salt(text: str) -> str:
     return text
 
 
+def told_apart(salt: str | None) -> str:
+    """A word that tells the noise of a sealed run from another's, and from which its salt cannot be had."""
+    return "" if salt is None else hashlib.sha256(salt.encode()).hexdigest()
+
+
 def salted(seed: int, salt: str | None) -> int:
     """What all noise streams of a run begin with: the seed itself, or of a sealed run a number of 256 bits."""
     if salt is None:

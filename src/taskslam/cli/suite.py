@@ -72,9 +72,12 @@ def suite(
         )  # fmt: skip
     engine = LocalEngine(jobs, planned.folders)
     try:
-        with suite_progress(quiet, len(planned.specs)) as watcher, sealed_with(out, sealed) as seal:
-            with closing(engine.run(planned.specs, out, watcher)) as driven:
-                results = [*planned.refused, *driven]
+        with (
+            suite_progress(quiet, len(planned.specs)) as watcher,
+            sealed_with(out, sealed) as seal,
+            closing(engine.run(planned.specs, out, watcher)) as ran,
+        ):
+            results = [*planned.refused, *ran]
             seal.keep = any(result.ending is Ending.FAILED for result in results)
     except StoppedError as stop:
         done = sum((run_folder(out, spec) / MANIFEST).exists() for spec in planned.specs)

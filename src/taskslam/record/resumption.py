@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -21,24 +21,23 @@ from taskslam.record.events import Event, GoalFailed, MethodNotice, RoundEnded, 
 TALLY = "tally.jsonl"
 
 
-class Totals(BaseModel):
-    """What the rounds up to one have taken that events do not say; a line of `tally.jsonl`, gone with the run's end.
+class Tally(BaseModel):
+    """What a round took that its events do not say; a line of `tally.jsonl`, which goes when the run is finished.
 
-    round: the last of them; began_utc: when the run began, with its first start; wall_s; compute_s, cpu_s, peak_bytes:
-    of the method, as run.json has them; stop_failures: how it failed while it was stopped. key: what else must be the
-    same for rounds of two starts to belong together.
+    began_utc: when the run began, its first start; wall_s, compute_s: of this round; peak_bytes, cpu_s, stop_failure:
+    of its method. dice: of a sealed run, what tells its noise from another's (`RunWriter`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    round: int = -1
-    began_utc: str = ""
-    wall_s: float = 0.0
-    compute_s: float = 0.0
+    round: int
+    began_utc: str
+    wall_s: float
+    compute_s: float
+    peak_bytes: int
     cpu_s: float = 0.0
-    peak_bytes: int = 0
-    stop_failures: tuple[str, ...] = ()
-    key: str = ""
+    stop_failure: str = ""
+    dice: str = ""
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Resumption:
     """The rounds that ended; none where a run begins. journal_bytes: so much of the journal stays."""
 
     events: tuple[Event, ...] = ()
-    totals: Totals = field(default_factory=Totals)
+    tallies: tuple[Tally, ...] = ()
     journal_bytes: int = 0
 
     @property
@@ -93,9 +92,42 @@ class Resumption:
         """Those that it never saw."""
         return sum(event.dropped_frames for event in self.ended)
 
+    @property
+    def began_utc(self) -> str | None:
+        """When the run began."""
+        return self.tallies[0].began_utc if self.tallies else None
 
-def read_resumption(journal: Path, tally: Path, key: str) -> Resumption:
-    """What the two files of an interrupted run leave; nothing where no round ended, or they do not fit together."""
+    @property
+    def wall_s(self) -> float:
+        """Wall time of the rounds."""
+        return sum(tally.wall_s for tally in self.tallies)
+
+    @property
+    def compute_s(self) -> float:
+        """The method's share of it, s of a processor."""
+        return sum(tally.compute_s for tally in self.tallies)
+
+    @property
+    def cpu_s(self) -> float:
+        """Processor time of all the method's processes."""
+        return sum(tally.cpu_s for tally in self.tallies)
+
+    @property
+    def stop_failures(self) -> tuple[str, ...]:
+        """How the method failed when it was stopped, by rounds."""
+        return tuple(f"round {tally.round}: {tally.stop_failure}" for tally in self.tallies if tally.stop_failure)
+
+    @property
+    def peak_bytes(self) -> int:
+        """Most memory resident in a process of the method."""
+        return max((tally.peak_bytes for tally in self.tallies), default=0)
+
+
+def read_resumption(journal: Path, tally: Path, dice: str = "") -> Resumption:
+    """What the two files of an interrupted run leave; nothing where no round ended, or they do not fit together.
+
+    dice: rounds with other noise do not count.
+    """
     try:
         lines, tallies = journal.read_bytes().split(b"\n")[:-1], _read_tallies(tally)
     except OSError:
@@ -109,26 +141,25 @@ def read_resumption(journal: Path, tally: Path, key: str) -> Resumption:
             break
         size += len(line) + 1
         if isinstance(ended := events[-1], RoundEnded):
-            totals = tallies.get(ended.round)
-            if ended.round != found.rounds or totals is None or totals.key != key:
+            if ended.round != found.rounds or ended.round not in tallies or tallies[ended.round].dice != dice:
                 break
-            found = Resumption(tuple(events), totals, size)
+            found = Resumption(tuple(events), (*found.tallies, tallies[ended.round]), size)
     return found
 
 
-def add_tally(path: Path, totals: Totals) -> None:
+def add_tally(path: Path, tally: Tally) -> None:
     """Append a line. A link is not followed. Raises DiskFullError."""
     with writing(path):
         descriptor = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
         with os.fdopen(descriptor, "wb", buffering=0) as file:
-            file.write(totals.model_dump_json().encode() + b"\n")
+            file.write(tally.model_dump_json().encode() + b"\n")
 
 
-def _read_tallies(path: Path) -> dict[int, Totals]:
-    """By round, the last line of each: one that was driven again has more. A line that was cut off is passed over."""
+def _read_tallies(path: Path) -> dict[int, Tally]:
+    """The last line of each round: one that was driven again has two. A line that was cut off is passed over."""
     tallies = {}
     for line in path.read_bytes().split(b"\n"):
         with contextlib.suppress(ValidationError):
-            totals = Totals.model_validate_json(line)
-            tallies[totals.round] = totals
+            tally = Tally.model_validate_json(line)
+            tallies[tally.round] = tally
     return tallies

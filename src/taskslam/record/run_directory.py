@@ -18,7 +18,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -36,7 +36,7 @@ from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import MANIFEST_FILE, RUN_FORMAT, Manifest
 from taskslam.record.place import is_plain, is_taken, move_into_place, partial_folder, settle_locked
-from taskslam.record.resumption import TALLY, Resumption, Totals, add_tally, read_resumption
+from taskslam.record.resumption import TALLY, Resumption, Tally, add_tally, read_resumption
 from taskslam.record.run_lock import RunLock
 from taskslam.record.salvage import salvage
 from taskslam.record.trajectories import SpatialTrajectory, Trajectory, read_trajectory, write_trajectory
@@ -57,13 +57,13 @@ class RunWriter:
     """
 
     def __init__(
-        self, directory: Path, replace: bool = False, spec: str | None = None, resume: bool = False, key: str = ""
+        self, directory: Path, replace: bool = False, spec: str | None = None, resume: bool = False, dice: str = ""
     ) -> None:
         """Begin a run that will stand at `directory`, or go on with what an interrupted start left of it.
 
         replace: a finished run at `directory` is replaced when this one finishes. spec: the run as one value, for
-        spec.json. resume: rounds of the very same spec, and of the same
-        `key`, that had ended are kept: then `resumed` tells of them. notice:
+        spec.json. resume: rounds of the very same spec that had ended are kept: then `resumed` tells of them. dice: of
+        a sealed run, a word that tells its noise from another's, and from which that cannot be had. notice:
         what became of an interrupted start, empty where there was none. began_utc: ISO 8601, when the run began: its
         first start; may be set before a round ends.
 
@@ -73,7 +73,7 @@ class RunWriter:
         self.directory = directory.absolute()
         self.folder = partial_folder(self.directory)
         self.resumed, self.notice = Resumption(), ""
-        self._replace, self._key = replace, key
+        self._replace, self._dice = replace, dice
         self._poses: dict[tuple[int, PoseName], list[tuple[int, SE2 | FloatArray]]] = {}
         self._finished = False
         with writing(self.directory):
@@ -93,15 +93,15 @@ class RunWriter:
             raise
         self._written = set(range(self.resumed.rounds))
         self._resumable = resume
-        self.began_utc = self.resumed.totals.began_utc or datetime.now(UTC).isoformat()
-        self._opened = time.perf_counter()
+        self.began_utc = self.resumed.began_utc or datetime.now(UTC).isoformat()
+        self._round_began = time.perf_counter()
 
     def _take_over(self, spec: str | None, resume: bool) -> None:
         """Keep of an interrupted start the rounds that ended, if it was of this spec; remove what else it left."""
         if self.folder.is_dir():
             same = spec is not None and is_plain(self.folder) and _text(self.folder / SPEC) == spec + "\n"
             if same and resume:
-                self.resumed = read_resumption(self.folder / JOURNAL, self.folder / TALLY, self._key)
+                self.resumed = read_resumption(self.folder / JOURNAL, self.folder / TALLY, self._dice)
             self.notice = _what_became(self.directory, self.resumed.rounds, same, resume)
         if not self.resumed.rounds:
             remove(self.folder)
@@ -127,24 +127,26 @@ class RunWriter:
             self._write_round(event.round)
         self._journal.write(event)
 
-    def tally(
-        self, number: int, compute_s: float, cpu_s: float, peak_bytes: int, stop_failures: Sequence[str] = ()
-    ) -> None:
-        """Remember, before round `number` ends, what all rounds have taken: for whoever must go on after it.
+    def tally(self, number: int, compute_s: float, peak_bytes: int, cpu_s: float = 0.0, stop_failure: str = "") -> None:
+        """Remember, before round `number` ends, what it took of the method: for whoever must go on after it.
 
-        May be told again, once more is known. Raises DiskFullError.
+        Raises DiskFullError.
         """
-        totals = Totals(
-            round=number,
-            began_utc=self.began_utc,
-            wall_s=self.resumed.totals.wall_s + time.perf_counter() - self._opened,
-            compute_s=compute_s,
-            cpu_s=cpu_s,
-            peak_bytes=peak_bytes,
-            stop_failures=tuple(stop_failures),
-            key=self._key,
+        now = time.perf_counter()
+        wall_s, self._round_began = now - self._round_began, now
+        add_tally(
+            self.folder / TALLY,
+            Tally(
+                round=number,
+                began_utc=self.began_utc,
+                wall_s=wall_s,
+                compute_s=compute_s,
+                peak_bytes=peak_bytes,
+                cpu_s=cpu_s,
+                stop_failure=stop_failure,
+                dice=self._dice,
+            ),
         )
-        add_tally(self.folder / TALLY, totals)
 
     def pose(self, name: PoseName, round: int, stamp: int, pose: SE2 | FloatArray) -> None:  # noqa: A002 its word
         """Remember a pose in `map` at an instant (ns) for the round's trajectory file.
