@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types rooms unit benchmarks clean
+.PHONY: demo test lint types rooms unit torture benchmarks clean
 
 demo: $(VENV)/.installed
 	$(BIN)/taskslam demo --out demo
@@ -22,6 +22,9 @@ rooms: $(VENV)/.installed-dev
 
 unit: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+torture: $(VENV)/.installed-dev
+	$(BIN)/python tools/torture.py --kills 200
 
 benchmarks: $(VENV)/.installed-dev
 	for script in benchmarks/*.py; do $(BIN)/python $$script || exit 1; done
