@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types rooms unit torture benchmarks clean
+.PHONY: demo test lint types rooms unit fuzz torture benchmarks clean
 
 demo: $(VENV)/.installed
 	$(BIN)/taskslam demo --out demo
@@ -25,6 +25,10 @@ unit: $(VENV)/.installed-dev
 
 torture: $(VENV)/.installed-dev
 	$(BIN)/python tools/torture.py --kills 200
+
+# Damaged inputs for every reader; FUZZ="--reader journal --inputs 100000 --seed 7" for some of them.
+fuzz: $(VENV)/.installed-dev
+	PYTHONPATH=tests $(BIN)/python -m fuzz $(FUZZ)
 
 benchmarks: $(VENV)/.installed-dev
 	for script in benchmarks/*.py; do $(BIN)/python $$script || exit 1; done

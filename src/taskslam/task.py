@@ -18,20 +18,24 @@ BUILTIN_PLANNER = "teb"
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1e7, le=1e7)]  # m, as far as a national grid reaches; rad
+
+MOST_ROUNDS, MOST_GOALS = 1000, 10_000
+MOST_ARRIVALS = 1_000_000  # rounds times goals
 
 
 class Part(BaseModel):
     """A part of what people describe: frozen, and no key but its own."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Waypoint(Part):
     """A pose in `map`: metres and radians; theta may lie outside (-pi, pi], as in the published tables."""
 
-    x: Finite
-    y: Finite
-    theta: Finite
+    x: Coordinate
+    y: Coordinate
+    theta: Coordinate
 
     @property
     def pose(self) -> SE2:
@@ -46,8 +50,8 @@ class Sequence(Part):
     the order of the table. Instead of the two tables, the published files `waypoints.txt` and `path*.txt` may be named.
     """
 
-    waypoints: tuple[Waypoint, ...] = ()
-    path: tuple[int, ...] | None = None
+    waypoints: Annotated[tuple[Waypoint, ...], Field(max_length=MOST_GOALS)] = ()
+    path: Annotated[tuple[int, ...], Field(max_length=MOST_GOALS + 1)] | None = None
     waypoints_file: str | None = None
     path_file: str | None = None
 
@@ -97,7 +101,7 @@ class OnFailure(StrEnum):
 class Protocol(Part):
     """Rounds, pause and failure rule (paper, Sec. III; protocol 1.7). pause: s at each waypoint before the record."""
 
-    rounds: Annotated[int, Field(ge=1, le=1000)] = 5
+    rounds: Annotated[int, Field(ge=1, le=MOST_ROUNDS)] = 5
     pause: Annotated[float, Field(ge=0, le=600)] = 5.0
     on_failure: OnFailure = OnFailure.ABORT
     goal_timeout: Positive | None = None

@@ -20,11 +20,12 @@ import yaml
 from pydantic import BaseModel, ValidationError
 
 from taskslam.errors import TaskSlamError, did_you_mean
+from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_text
 
 Model = TypeVar("Model", bound=BaseModel)
 
-_LARGEST = 1 << 20  # bytes of a file
-_MOST_VALUES = 1 << 20  # with every alias written out: more than a file without aliases can hold
+_MOST_VALUES = 1 << 20  # with every alias written out
+_MOST_EVENTS = 100_000  # of the parser, which is slow: some seconds
 _MERGE = "tag:yaml.org,2002:merge"
 
 
@@ -38,7 +39,7 @@ def read_mapping(path: Path, what: str, error: type[TaskSlamError], keys: str) -
 
     Raises `error`: unreadable, too large, not UTF-8, or as `mapping_of` does.
     """
-    return mapping_of(_text(path, what, error), str(path), error, keys)
+    return mapping_of(read_text(path, what, error, LARGEST_WRITTEN_BY_HAND), str(path), error, keys)
 
 
 def mapping_of(text: str, where: str, error: type[TaskSlamError], keys: str) -> dict[str, Any]:
@@ -59,7 +60,7 @@ def value_of(text: str, where: str, error: type[TaskSlamError]) -> Any:
     if text.startswith("%YAML"):  # OpenCV writes a directive that is not YAML 1.1
         text = text.partition("\n")[2]
     try:
-        loader = yaml.SafeLoader(text)
+        loader = _BoundedLoader(text)
         node = loader.get_single_node()
         if node is None:
             return None
@@ -138,7 +139,8 @@ class Shipped:
     def read(self, reference: str | Path, model: type[BaseModel]) -> tuple[dict[str, Any], str]:
         """The keys as they were written, and where: as in the sentences of errors. Raises `error`."""
         if Path(reference).suffix in {".yaml", ".yml"}:
-            text, where = _text(Path(reference), self.what, self.error), str(reference)
+            text = read_text(Path(reference), self.what, self.error, LARGEST_WRITTEN_BY_HAND)
+            where = str(reference)
         elif str(reference) in (known := self.names()):
             file = resources.files(self.package) / self.folder / f"{reference}.yaml"
             text, where = file.read_text(encoding="utf-8"), f"{self.what} {reference}"
@@ -150,17 +152,27 @@ class Shipped:
         return mapping_of(text, where, self.error, keys_of(model)), where
 
 
-def _text(path: Path, what: str, error: type[TaskSlamError]) -> str:
-    try:
-        with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
-        if len(data) <= _LARGEST:
-            return data.decode("utf-8")
-    except UnicodeDecodeError:
-        raise error(f"{path}: cannot read the {what}: not UTF-8 text") from None
-    except (OSError, ValueError) as fault:  # ValueError: a null byte in the path
-        raise error(f"{path}: cannot read the {what}: {getattr(fault, 'strerror', None) or fault}") from fault
-    raise error(f"{path}: larger than 1 MB; expected a YAML file that describes the {what}")
+class _BoundedLoader(yaml.SafeLoader):
+    """Stops where a text holds more than anybody writes by hand."""
+
+    _events = 0
+
+    def get_event(self) -> yaml.Event:
+        """The next part of the text. Raises YAMLError where it is one too many."""
+        event: yaml.Event = super().get_event()  # type: ignore[no-untyped-call]
+        self._events += 1
+        if self._events > _MOST_EVENTS:
+            raise yaml.YAMLError(f"more than {_MOST_EVENTS} values and brackets")
+        return event
+
+    def _integer(self, node: yaml.ScalarNode) -> int:
+        number = self.construct_yaml_int(node)
+        if not -(2**63) <= number < 2**63:
+            raise yaml.MarkedYAMLError(problem="an integer of more than 64 bits", problem_mark=node.start_mark)
+        return number
+
+
+_BoundedLoader.add_constructor("tag:yaml.org,2002:int", _BoundedLoader._integer)
 
 
 def _size(node: yaml.Node, known: dict[int, int]) -> int:

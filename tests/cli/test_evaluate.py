@@ -83,3 +83,23 @@ def test_a_deviation_that_shows_is_a_row_of_the_table(results):
     result = invoke(results, "--no-waypoints", "--upstream-compat")
     assert "as published  by definition  difference" in result.output
     assert "precision °" in result.output.split("as published  by definition")[1]
+
+
+def test_names_and_reasons_of_a_run_do_not_act_on_the_terminal(results):
+    evil = "\\u001b[31mred\\u001b]0;owned\\u0007[bold]\\u202e"
+    (manifest,), (journal,) = results.rglob("run.json"), results.rglob("journal.jsonl")
+    manifest.write_text(manifest.read_text().replace('"method": "karto"', f'"method": "karto {evil}"'))
+    journal.write_text(journal.read_text().replace('"detail":"', f'"detail":"{evil}'))
+    result = invoke(results, columns="200")
+    assert result.exit_code == 0, result.output
+    assert "karto red" in result.output
+    assert "[bold]" in result.output
+    assert not any(letter in result.output for letter in "\x1b\x07\u202e")
+
+
+def test_a_folder_whose_name_is_no_text_is_evaluated(results):
+    (run,) = results.rglob("run.json")
+    run.parent.rename(run.parent.with_name("caf\udce9"))
+    result = invoke(results)
+    assert result.exit_code == 0, result.output
+    assert "caf\ufffd" in (results / "metrics.json").read_text()

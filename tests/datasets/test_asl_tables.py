@@ -29,5 +29,5 @@ def test_any_bytes_are_keys_or_one_sentence(tmp_path, content):
 
 
 def test_a_folder_is_no_table(tmp_path):
-    with pytest.raises(DatasetError, match="cannot be read"):
+    with pytest.raises(DatasetError, match="cannot read the table: found a folder"):
         next(read_rows(tmp_path))

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import os
 import shutil
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -243,3 +245,21 @@ def test_what_is_no_recording_says_so(tmp_path):
     (tmp_path / "notes.txt").write_text("hello")
     with pytest.raises(DatasetError, match=r"notes\.txt"):
         open_dataset(tmp_path / "notes.txt")
+
+
+def test_a_bag_whose_metadata_name_a_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "drive.db3")
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: {relative_file_paths: [drive.db3]}\n")
+    with pytest.raises(DatasetError, match=r"drive\.db3: cannot read the bag: found a pipe or a device"):
+        open_dataset(tmp_path)
+
+
+def test_a_length_beyond_the_end_of_the_file_allocates_nothing(tmp_path):
+    path = tmp_path / "drive.bag"
+    path.write_bytes(b"#ROSBAG V2.0\n" + (0xFFFFFFFF).to_bytes(4, "little") + b"op=\x03")
+    tracemalloc.start()
+    with pytest.raises(DatasetError, match="cannot be opened as a bag"):
+        open_dataset(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50_000_000

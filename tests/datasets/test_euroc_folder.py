@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -136,7 +137,7 @@ def test_damaged_images_are_named(euroc):
     whole = path.read_bytes()
     for damaged in (whole[: len(whole) // 2], b"", b"no image", whole[:60] + b"\0" * 40 + whole[100:]):
         path.write_bytes(damaged)
-        with pytest.raises(DatasetError, match=r"cam0/data\.csv, line 3: the image is damaged"):
+        with pytest.raises(DatasetError, match=r"cam0/data\.csv, line 3: not a whole picture"):
             read(euroc)
     path.unlink()
     with pytest.raises(DatasetError, match=r"line 3: the image .* does not exist"):
@@ -179,3 +180,13 @@ def test_a_wrong_key_of_a_camera_is_named(euroc, key, value, complaint):
     with pytest.raises(DatasetError, match=complaint) as caught:
         EurocFolder(euroc)
     assert "cam0/sensor.yaml" in str(caught.value)
+
+
+def test_calibrations_beyond_all_bounds_are_refused(euroc):
+    (euroc / "robot.yaml").unlink()
+    path = euroc / "mav0/cam0/sensor.yaml"
+    whole = path.read_text()
+    for rate in ("1" + "0" * 400, "1e300"):
+        path.write_text(re.sub(r"rate_hz: .*", f"rate_hz: {rate}", whole))
+        with pytest.raises(DatasetError, match=r"64 bits|rate"):
+            read(euroc)

@@ -134,11 +134,18 @@ def test_a_file_that_is_not_there(tmp_path, name):
 
 
 def test_a_folder_and_a_device(tmp_path):
-    assert "expected a file of numbers" in refusal(tmp_path)
-    assert "expected a file of numbers" in refusal("/dev/zero")
+    assert "found a folder, expected a file" in refusal(tmp_path)
+    assert "found a pipe or a device, expected a file" in refusal("/dev/zero")
 
 
 def test_a_colon_in_the_name_of_a_file_is_no_topic(tmp_path):
     assert split_topic(str(write(tmp_path, GOOD, "run:1.tum")))[1] is None
     assert split_topic("drive.bag:/odom")[1] == "/odom"
     assert split_topic("C:drive.tum")[1] is None
+
+
+def test_poses_so_far_away_that_their_squares_overflow_are_left_out(tmp_path):
+    path = write(tmp_path, [*GOOD, "1403636581.5 1e300 0 0 0 0 0 1"])
+    read = read_trajectory_file(str(path))
+    assert len(read.trajectory) == len(GOOD)
+    assert "1 of 7 poses are not finite and left out" in read.notes[0]

@@ -1,4 +1,5 @@
 import itertools
+import re
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -162,3 +163,12 @@ def test_files_say_what_the_report_says(pair, scattered):
     assert [failure.get("type") for failure in root.iter("failure")] == ["regression", "missing"]
     assert sum(int(suite.get("failures")) for suite in root) == 2
     assert GateReport.model_validate_json(report.model_dump_json()) == report
+
+
+def test_names_that_act_on_a_terminal_leave_the_files_readable(pair, scattered):
+    evil = "\x1b[31mred\x1b]0;owned\x07\x00\x0b\u202e[bold]\ufffe"
+    old, new = pair({"spread": 0.02}, {"spread": 0.1, "seed": 1})
+    report = judge([old, scattered("gone", 0.02, scenario_name=evil)], [new], RULES)
+    text = junit(report)
+    assert any("red[bold]" in str(suite.get("name")) for suite in ET.fromstring(text))
+    assert not re.search("[\x00-\x08\x0b-\x1f\u202e\ufffe]", text + markdown(report))

@@ -160,7 +160,7 @@ def test_what_a_file_cannot_say_must_be_given(tmp_path):
     (tmp_path / "a.txt").write_text("10.0 1 2 0\n")
     with pytest.raises(InputError, match="give `method` and `mode`"):
         read(tmp_path, arrivals="a.txt", method=None)
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="cannot read the log of arrivals"):
         read(tmp_path, arrivals="none.txt")
     (tmp_path / "b.txt").write_text("10.0 1 2 0\n20.0 1 2 0\n")
     with pytest.raises(InputError, match="2 rounds that count; the setup says 1"):

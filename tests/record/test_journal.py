@@ -56,7 +56,7 @@ def test_a_corrupt_line_names_file_and_line(written, junk):
 
 
 def test_a_missing_journal_is_named(tmp_path):
-    with pytest.raises(RecordError, match=r"journal\.jsonl: the journal cannot be read"):
+    with pytest.raises(RecordError, match=r"journal\.jsonl: cannot read the journal"):
         read_journal(tmp_path / "journal.jsonl")
 
 
@@ -75,3 +75,10 @@ def test_half_a_line_is_taken_back_when_the_disk_is_full(tmp_path, events, monke
                 writer.write(events[1])
         writer.write(events[-1])
     assert list(read_journal(path).events) == [events[0], events[-1]]
+
+
+def test_a_journal_of_more_lines_than_any_run_has_is_refused(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    path.write_bytes(b"\n" * 1_000_001)
+    with pytest.raises(RecordError, match=r"journal\.jsonl: more than 1000000 lines"):
+        read_journal(path)

@@ -91,11 +91,17 @@ def test_a_stamp_beyond_all_bounds_is_refused_without_being_written_out(tmp_path
 
 
 def test_a_folder_a_device_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(RecordError, match="found a folder or a device"):
+    with pytest.raises(RecordError, match="found a folder"):
         read(tmp_path)
-    with pytest.raises(RecordError, match="cannot be read: No such file"):
+    with pytest.raises(RecordError, match="cannot read the table of numbers: No such file"):
         read(tmp_path / "missing.txt")
     from pathlib import Path
 
-    with pytest.raises(RecordError, match="found a folder or a device"):
+    with pytest.raises(RecordError, match="found a pipe or a device"):
         read(Path("/dev/zero"))
+
+
+def test_blank_lines_take_no_room(tmp_path):
+    table = read(write(tmp_path, "1 2 3\n" + "\n" * 5_000_000 + "4 5 6"))
+    assert table.lines.tolist() == [1, 5_000_002]
+    assert table.values.base.nbytes < 40_000_000

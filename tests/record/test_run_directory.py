@@ -205,7 +205,7 @@ def test_a_folder_without_a_manifest_is_refused(tmp_path, events, manifest):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda text: text[: len(text) // 2], r"run\.json: expected a JSON object"),
+        (lambda text: text[: len(text) // 2], r"run\.json: cannot read the run: not JSON"),
         (lambda text: "[]", r"run\.json: "),
         (lambda text: text.replace("taskslam-run/1", "taskslam-run/9"), "format 'taskslam-run/9'; this version reads"),
         (lambda text: text.replace('"seed": 0', '"seed": "x"'), r"run\.json: seed: "),
@@ -230,3 +230,29 @@ def test_wall_clock_values_stand_only_in_the_manifest(tmp_path, events, manifest
 def test_a_run_that_ends_early_still_has_its_last_event(tmp_path, manifest):
     write_run(tmp_path / "a", [RoundStarted(0, 0, priming=False), RunEnded(1, complete=False)], manifest)
     assert load_run(tmp_path / "a").events[-1] == RunEnded(1, complete=False)
+
+
+@pytest.mark.parametrize(
+    ("rounds", "path", "message"),
+    [
+        (4_000_000_000, [0, 1], r"run\.json: rounds: Input should be less than or equal to 1000"),
+        (5, [0] * 20_000, r"run\.json: .*path: Tuple should have at most 10001 items"),
+        (1000, [0] * 5_000, "1000 rounds of 4999 goals are more than 1000000 arrivals"),
+    ],
+)
+def test_more_rounds_and_goals_than_anybody_drives_are_refused(tmp_path, events, manifest, rounds, path, message):
+    write_run(tmp_path / "a", events, manifest)
+    content = json.loads((tmp_path / "a" / "run.json").read_text()) | {"rounds": rounds}
+    content["scenario"]["sequence"]["path"] = path
+    (tmp_path / "a" / "run.json").write_text(json.dumps(content))
+    with pytest.raises(RecordError, match=message):
+        load_run(tmp_path / "a")
+
+
+def test_a_pipe_in_the_place_of_a_file_of_a_run_is_refused_at_once(tmp_path, events, manifest):
+    write_run(tmp_path / "a", events, manifest)
+    for name in ("journal.jsonl", "run.json"):
+        (tmp_path / "a" / name).unlink()
+        os.mkfifo(tmp_path / "a" / name)
+        with pytest.raises(RecordError, match=f"{name}: cannot read .*found a pipe or a device"):
+            load_run(tmp_path / "a")

@@ -138,3 +138,28 @@ sequence: {waypoints_file: waypoints.txt, path_file: path.txt}
 """
     with pytest.raises(ScenarioError, match=complaint):
         load_scenario(write(text))
+
+
+def test_a_path_index_of_5000_digits_is_refused(write, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "waypoints.txt").write_text("0 1 2 3\n")
+    (tmp_path / "path.txt").write_text("9" * 5000)
+    scenario = write(
+        "name: mine\nworld: {name: house}\nstart: {x: 0, y: 0, theta: 0}\n"
+        "sequence: {waypoints_file: waypoints.txt, path_file: path.txt}\n"
+    )
+    with pytest.raises(ScenarioError, match=r"path\.txt, line 1: expected the number of a waypoint row, found '9{80}'"):
+        load_scenario(scenario)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("start.x=9e18", r"start\.x: .*less than or equal to 10000000"),
+        ("floor_plan.resolution=1e-300", r"floor_plan\.resolution: .*greater than or equal to"),
+        ("floor_plan.slice_high=9e18", r"floor_plan\.slice_high: .*less than or equal to 10000"),
+        ("protocol.rounds=4000000000", r"protocol\.rounds: .*less than or equal to 1000"),
+    ],
+)
+def test_a_number_beyond_all_bounds_is_refused(override: str, message: str) -> None:
+    with pytest.raises(ScenarioError, match=message):
+        load_scenario("house", [override])

@@ -1,3 +1,4 @@
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -44,3 +45,11 @@ def test_objects_are_neither_written_nor_read(tmp_path) -> None:
 def test_a_folder_that_is_absent_is_named(tmp_path) -> None:
     with pytest.raises(DiskFullError, match="absent"):
         write_archive(tmp_path / "absent" / "map", "painter", 1, ARRAYS)
+
+
+def test_an_archive_that_promises_90_tebibytes_is_refused(path) -> None:
+    with zipfile.ZipFile(path, "a") as archive:
+        header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 1000)}"
+        archive.writestr("huge.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(RecordError, match=r"not a painter map or cut short: huge\.npy declares the shape"):
+        read_archive(path, "painter", 2, {"poses"})

@@ -5,6 +5,7 @@ import pytest
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.studies.study import load_study
+from taskslam.studies.study_evaluation import Settings, evaluate_study
 
 
 def touch(folder, *names):
@@ -115,3 +116,13 @@ def test_nothing_to_compare_is_said(tmp_path):
         load_study(str(tmp_path))
     with pytest.raises(TrajectoryError, match="cannot read the study"):
         load_study(str(tmp_path / "study.yaml"))
+
+
+def test_a_name_that_is_too_long_for_a_file_is_a_sentence(tmp_path):
+    touch(tmp_path, "groundtruth.tum")
+    runs = f"{{a: {'x' * 5000}}}"
+    (tmp_path / "study.yaml").write_text(f"sequences:\n  one: {{groundtruth: groundtruth.tum, runs: {runs}}}\n")
+    with pytest.raises(TrajectoryError, match=r"nothing can be evaluated: .*File name too long"):
+        evaluate_study(load_study(str(tmp_path / "study.yaml")), Settings())
+    with pytest.raises(TrajectoryError, match="one argument alone is a study"):
+        load_study("x" * 5000)

@@ -156,7 +156,7 @@ def test_a_sequence_without_its_ground_truth_does_not_end_the_study(folder, tmp_
     )
     results = evaluate_study(load_study(str(tmp_path / "study.yaml")), Settings())
     assert [result.sequence for result in results.results] == ["good"]
-    assert "nowhere.tum: cannot be read" in results.left_out[0].reason
+    assert "nowhere.tum: cannot read the" in results.left_out[0].reason
 
 
 def test_nothing_at_all_is_an_error(folder):

@@ -1,4 +1,5 @@
 import os
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -104,12 +105,12 @@ def test_an_absolute_image_path_and_unknown_keys_are_fine(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"image": "absent.pgm"}, r"absent\.pgm: No such file"),
+        ({"image": "absent.pgm"}, r"absent\.pgm: cannot read the image of .*plan\.yaml: No such file"),
         ({"image": None}, "'image' is missing"),
-        ({"image": "."}, "directory"),
+        ({"image": "."}, "found a folder"),
         ({"image": '"a\\0b"'}, "null byte"),
         ({"resolution": None}, "'resolution' is missing"),
-        ({"resolution": -0.1}, r"resolution: should be greater than 0 \(got -0.1\)"),
+        ({"resolution": -0.1}, r"resolution: should be greater than or equal to 0.000001 \(got -0.1\)"),
         ({"resolution": ".nan"}, "resolution: should be a finite number"),
         ({"resolution": "fine"}, r"resolution: .*number \(got 'fine'\)"),
         ({"resolution": "true"}, r"resolution: should be a number \(got True\)"),
@@ -142,7 +143,7 @@ def test_a_wrong_key_is_named_in_one_sentence(tmp_path, changes, message):
         (b"P6\n1 1\n255\n\x00\x00\x00", "expected P2 or P5"),
         (b"P2\n2 1\n255\n1 x\n", "a pixel is b'x'"),
         (b"P2\n2 1\n15\n1 16\n", "above the stated maximum 15"),
-        (b"\x89PNG\r\n\x1a\nbroken", "not a readable png"),
+        (b"\x89PNG\r\n\x1a\nbroken", "not a whole picture"),
     ],
 )
 def test_a_broken_image_is_refused(tmp_path, image, message):
@@ -224,3 +225,20 @@ def test_the_published_plans_load_and_their_start_lies_in_free_floor(name, shape
     assert plan.cells[row, column] == FREE
     area = np.count_nonzero(regions == regions[row, column]) * plan.resolution**2
     assert area == pytest.approx(free_area, rel=0.02)
+
+
+def test_a_picture_of_88_million_pixels_is_refused_before_it_is_decoded(tmp_path):
+    path = write_map(tmp_path)
+    image = next(tmp_path.glob("*.pgm"))
+    image.write_bytes(b"P5\n9400 9400\n255\n" + b"\0" * 100)
+    with pytest.raises(FloorPlanError, match="9400 x 9400 pixels; expected at most 33554432"):
+        load_floor_plan(path)
+    rows = zlib.compress(b"\0" * 9401 * 9400)
+    size = (9400).to_bytes(4, "big") * 2
+    chunks = [(b"IHDR", size + b"\x08\0\0\0\0"), (b"IDAT", rows), (b"IEND", b"")]
+    summed = [
+        len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big") for kind, data in chunks
+    ]
+    image.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(summed))
+    with pytest.raises(FloorPlanError, match="9400 x 9400 px; expected at most 33554432"):
+        load_floor_plan(path)

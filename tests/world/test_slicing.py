@@ -200,3 +200,16 @@ def separation(centre, corners, half=0.1) -> float:
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     a, b = square @ axes.T, corners @ axes.T
     return float(np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0)).max())
+
+
+@pytest.mark.parametrize(("size", "resolution"), [(9e18, 0.05), (1.0, 1e-300), (1e9, 1e-9), (1e6, 1e-4)])
+def test_a_plan_of_more_cells_than_memory_is_refused(size, resolution):
+    mesh = mesh_of([[0, 0, 0.2], [0, size, 0.2], [size, 0, 0.2]])
+    with pytest.raises(FloorPlanError, match="is too large; choose a coarser resolution"):
+        slice_floor_plan(World("huge", mesh, mesh, (), ()), 0.0, 0.4, resolution)
+
+
+def test_a_plan_farther_away_than_cells_can_be_counted_is_refused():
+    mesh = mesh_of(np.array([[0, 0, 0.2], [0, 9e17, 0.2], [9e17, 0, 0.2]]) * [1, 1, 1] + [9e18, 9e18, 0])
+    with pytest.raises(FloorPlanError, match="is too large"):
+        slice_floor_plan(World("far", mesh, mesh, (), ()), 0.0, 0.4, 1e12)

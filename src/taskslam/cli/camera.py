@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.console import say
+
 app = typer.Typer(help="Cameras: calibrate one, and record the arrivals that it sees.", no_args_is_help=True)
 
 
@@ -36,7 +38,7 @@ def board(
     sheet = paper_size(paper)
     made = parse_board(f"{kind}:{grid}:{size:g}") if size else largest_board(kind, int(columns), int(rows), sheet)
     write_whole(out, write_pdf([board_page(made, sheet)], f"Calibration board {made.spec}"))
-    typer.echo(f"{out}: {made.spec}; print at 100 %, then: taskslam camera calibrate IMAGES --board {made.spec}")
+    say(f"{out}: {made.spec}; print at 100 %, then: taskslam camera calibrate IMAGES --board {made.spec}")
 
 
 @app.command()
@@ -73,21 +75,21 @@ def calibrate(
     seen = parse_board(board)
     collected = collect_views(images, seen)
     for refused, reason in collected.refused:
-        typer.echo(f"not used  {refused}: {reason}", err=True)
+        say(f"not used  {refused}: {reason}", err=True)
     result = calibrate_from(collected, seen, name, DistortionModel(model))
     for fitted in result.dropped:
-        typer.echo(f"left out  {fitted.view.name}: {fitted.rms:.2f} px, disagrees with the rest", err=True)
+        say(f"left out  {fitted.view.name}: {fitted.rms:.2f} px, disagrees with the rest", err=True)
     save_camera(out, result.camera)
     page = page or out.with_suffix(".html")
     write_calibration_page(result, collected.refused, seen.spec, str(out), page)
     width, height = collected.size
-    typer.echo(f"{name}: {width} x {height} px, {len(result.used)} views, reprojection error {result.rms:.3f} px")
+    say(f"{name}: {width} x {height} px, {len(result.used)} views, reprojection error {result.rms:.3f} px")
     for parameter, value, deviation in result.parameters:
         digits = 2 if parameter[0] in "fc" else 5
-        typer.echo(f"  {parameter:<3} {value:>10.{digits}f} ± {deviation:.{digits}f}")
+        say(f"  {parameter:<3} {value:>10.{digits}f} ± {deviation:.{digits}f}")
     for sentence in guidance(result):
-        typer.echo(f"  ! {sentence}")
-    typer.echo(f"{out}, {page}")
+        say(f"  ! {sentence}")
+    say(f"{out}, {page}")
 
 
 @app.command()
@@ -143,16 +145,16 @@ def record(
     began = _utc_ns(start) if start else None
     video = VideoSource(source, (int(wanted[1]), int(wanted[2])) if wanted else None, began)
     if video.is_file and began is None:
-        typer.echo(f"{source}: no --start given; the time of its last change less its length is taken", err=True)
+        say(f"{source}: no --start given; the time of its last change less its length is taken", err=True)
         video.close()
         video = VideoSource(source, None, file_start(source))
     stop = threading.Event()
     with Preview(f"{video.shown_name} → {out}", port) as preview:
-        typer.echo(f"preview: {preview.url}")
+        say(f"preview: {preview.url}")
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stop.set())
-        summary = run(video, out, settings, stop, preview, lambda text: typer.echo(text, err=True))
-    typer.echo(
+        summary = run(video, out, settings, stop, preview, lambda text: say(text, err=True))
+    say(
         f"{out}: {summary.kept} pictures kept of {summary.frames} frames looked at, {summary.heartbeats} more without "
         f"a tag as a heartbeat, {summary.skipped} skipped, "
         f"source opened {summary.connections} times"

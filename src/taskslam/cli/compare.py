@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskslam.cli.console import standard_output
+from taskslam.cli.console import say, standard_output
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
@@ -60,15 +60,15 @@ def compare(
     if report.findings:
         console.print(_table(report))
     for finding in report.regressions:
-        console.print(f"Regression: {gate.run_name(finding)}: {finding.reason}", markup=False)
+        console.print(f"Regression: {gate.run_name(finding)}: {finding.reason}")
     for missing in report.missing:
-        console.print(f"Missing: {gate.run_name(missing)}: {missing.reason}", markup=False)
+        console.print(f"Missing: {gate.run_name(missing)}: {missing.reason}")
     for name in report.added:
-        console.print(f"Not in BASE, not judged: {name}", markup=False)
+        console.print(f"Not in BASE, not judged: {name}")
     for side, left in ((base, old.left_out), (new, fresh.left_out)):
         for one in left:
-            typer.echo(f"Left out {side / one.directory}: {one.reason}", err=True)
-    console.print(gate_files.headline(report).capitalize() + ".", markup=False)
+            say(f"Left out {side / one.directory}: {one.reason}", err=True)
+    console.print(gate_files.headline(report).capitalize() + ".")
     if not report.passed:
         raise typer.Exit(1)
 

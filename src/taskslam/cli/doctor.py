@@ -43,7 +43,7 @@ class Finding:
 
 def doctor() -> None:
     """Say what works on this machine, what is missing and how to get it; exit status 3 if the main job cannot run."""
-    from rich.markup import escape
+    from rich.text import Text
 
     colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
     console = standard_output()
@@ -60,10 +60,11 @@ def doctor() -> None:
     width = max(len(finding.what) for finding in findings)
     for finding in findings:
         colour = colours[finding.health]
-        what = escape(finding.what.ljust(width))
-        console.print(f"[{colour}]{finding.health:<7}[/]  [bold]{what}[/]  {escape(finding.detail)}", soft_wrap=True)
+        what = (finding.what.ljust(width), "bold")
+        line = Text.assemble((f"{finding.health:<7}", colour), "  ", what, "  ", finding.detail)
+        console.print(line, soft_wrap=True)
         if finding.remedy:
-            console.print(f"{'':9}{'':{width}}  → {escape(finding.remedy)}", soft_wrap=True)
+            console.print(f"{'':9}{'':{width}}  → {finding.remedy}", soft_wrap=True)
     bad = sum(finding.health is Health.BAD for finding in findings)
     console.print(f"\n{bad} in the way of the main job." if bad else "\nThe main job can run here: taskslam demo")
     if bad:

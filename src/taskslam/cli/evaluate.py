@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskslam.cli.console import standard_output
+from taskslam.cli.console import say, standard_output
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
@@ -66,16 +66,16 @@ def evaluate(
             _print_failures(console, run)
             console.print()
     if len(metrics.runs) > _MOST_RUNS:
-        typer.echo(f"{len(metrics.runs):,} runs are too many for a table: they are in metrics.json.")
+        say(f"{len(metrics.runs):,} runs are too many for a table: they are in metrics.json.")
     elif metrics.runs:
         _print_summary(console, metrics, labels)
     for said in (sentence for run in metrics.runs for sentence in run.journal_damaged):
-        typer.echo(f"Damaged: {said}", err=True)
+        say(f"Damaged: {said}", err=True)
     for said in (sentence for run in metrics.runs for sentence in run.files_changed):
-        typer.echo(f"Changed: {said}", err=True)
+        say(f"Changed: {said}", err=True)
     for left in metrics.left_out:
-        typer.echo(f"Left out {directory / left.directory}: {left.reason}", err=True)
-    typer.echo(f"Metrics: {path}")
+        say(f"Left out {directory / left.directory}: {left.reason}", err=True)
+    say(f"Metrics: {path}")
 
 
 def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:
@@ -103,7 +103,7 @@ def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]
             )
         console.print(results)
         console.print(effort)
-    console.print(_legend(everything, wide), markup=False)
+    console.print(_legend(everything, wide))
     _print_comparisons(console, metrics)
     if metrics.deviations:
         _print_deviations(console, metrics, labels)
@@ -121,9 +121,9 @@ class _Row:
 
 
 def _cell(column: Column, row: _Row, wide: bool) -> str:
-    """The value, and on a wide screen its interval, escaped for rich."""
+    """The value, and on a wide screen its interval."""
     between = column.interval(row) if wide else ""
-    return f"{column.text(row)} \\[{between}]" if between else column.text(row)
+    return f"{column.text(row)} [{between}]" if between else column.text(row)
 
 
 def _legend(everything: bool, wide: bool) -> str:
@@ -153,7 +153,7 @@ def _print_comparisons(console: Console, metrics: MetricsFile) -> None:
         elif found:
             console.print(f"\nPrecision {mode.words}:")
             for comparison in found:
-                console.print(f"  {comparison.verdict}", markup=False)
+                console.print(f"  {comparison.verdict}")
 
 
 def _print_deviations(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:

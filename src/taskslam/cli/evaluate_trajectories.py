@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskslam.cli.console import standard_output
+from taskslam.cli.console import say, standard_output
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -71,13 +71,13 @@ def evaluate_trajectories(
     _print_runs(console, results)
     _print_sequences(console, results)
     for left in results.left_out:
-        typer.echo(f"Left out: {left.reason}", err=True)
+        say(f"Left out: {left.reason}", err=True)
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     paths = write_results(out, results)
     if any(result.compared_frames.precision_m is not None for result in results.results):
         paths += save_figure(open_loop_figure(results, "page"), out, "precision_accuracy", FORMATS)
-    typer.echo(f"Written: {', '.join(str(path) for path in paths)}")
+    say(f"Written: {', '.join(str(path) for path in paths)}")
 
 
 def _alignment(name: str) -> Alignment:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import say
 from taskslam.cli.options import parse_options
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def export(
         observer.run_begins(f"{stage.scenario.name} · {method} · export")
         complete = drive(stage, request, out, observer)
     if not quiet:
-        typer.echo(f"Dataset: {out}")
+        say(f"Dataset: {out}")
     raise typer.Exit(0 if complete or seconds is not None else 1)
 
 

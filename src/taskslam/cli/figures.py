@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from taskslam.cli.console import say
+
 if TYPE_CHECKING:
     from taskslam.report.figures.style import Format
 
@@ -49,11 +51,11 @@ def figures(
 
     read = read_results(results)
     for left in read.left_out:
-        typer.echo(f"Left out {left.directory}: {left.reason}", err=True)
+        say(f"Left out {left.directory}: {left.reason}", err=True)
     paths = write_tables(read, out / "tables")
     for name, figure in paper_figures(read, width.value, units.value):
         paths += save_figure(figure, out, name, formats)
-    typer.echo(f"Figures and tables: {len(paths)} files in {out}")
+    say(f"Figures and tables: {len(paths)} files in {out}")
 
 
 def _formats(text: str) -> list[Format]:

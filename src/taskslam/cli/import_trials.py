@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.console import say
 from taskslam.mode import Mode
 
 
@@ -40,9 +41,9 @@ def import_trials(
 
     result = take_in(folder, out, rounds, None if mode is ImportMode.AUTO else Mode(mode), overwrite)
     for run in [] if quiet else result.runs:
-        typer.echo(f"{run.name}: {run.arrivals} of {run.planned} arrivals, in {run.directory}")
+        say(f"{run.name}: {run.arrivals} of {run.planned} arrivals, in {run.directory}")
         for what, count in sorted(run.missing.items()):
-            typer.echo(f"  {count} {what}")
+            say(f"  {count} {what}")
     for group, reason in result.left_out.items():
-        typer.echo(f"left out {group}: {reason}", err=True)
+        say(f"left out {group}: {reason}", err=True)
     raise typer.Exit(1 if result.left_out else 0)

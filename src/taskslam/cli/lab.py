@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.console import say
+
 
 def lab(
     run_dir: Annotated[Path, typer.Argument(metavar="RUN_DIR", help="A finished run in simulation.")],
@@ -46,4 +48,4 @@ def lab(
         setups = photograph(record, world, load_robot(scenario.robot), wanted, out, observer)
     for setup in setups:
         verb = setup.stem.replace("_", "-")
-        typer.echo(f"Measure with: taskslam measure {verb} {setup}")
+        say(f"Measure with: taskslam measure {verb} {setup}")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import say, standard_error
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from contextlib import AbstractContextManager
@@ -72,12 +74,11 @@ def inside_out(
 def _progress() -> AbstractContextManager[Progress]:
     from contextlib import contextmanager
 
-    from rich.console import Console
     from rich.progress import Progress as Bars
 
     @contextmanager
     def bars() -> Iterator[Progress]:
-        console = Console(stderr=True)
+        console = standard_error()
         with Bars(console=console, transient=True, disable=not console.is_terminal) as shown:
             tasks = {}
 
@@ -98,13 +99,13 @@ def _print(runs: list[MeasuredRun]) -> None:
     for run in runs:
         for note in run.notes:
             if note not in said:
-                typer.echo(f"Note: {note}", err=True)
+                say(f"Note: {note}", err=True)
                 said.add(note)
         for found in run.arrivals:
             if found.verdict is not Verdict.MEASURED:
                 at = f"waypoint {found.arrival.goal + 1}, round {found.arrival.round + 1}"
-                typer.echo(f"  {at}: {found.verdict}: {found.reason}", err=True)
+                say(f"  {at}: {found.verdict}: {found.reason}", err=True)
         numbers = [str(goal + 1) for goal in run.unjudged]
         left = f"; not judged: waypoint {', '.join(numbers)}" if numbers else ""
         counted = ", ".join(f"{run.counts.get(verdict, 0)} {verdict}" for verdict in Verdict)
-        typer.echo(f"{run.directory}: {counted}{left}")
+        say(f"{run.directory}: {counted}{left}")

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="SLAM methods: list, show their cards, check that they behave.")
 
-_MARKS = {"passed": "[green]passed[/]", "failed": "[bold red]failed[/]", "skipped": "[dim]skipped[/]"}
+_STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 
 
 @app.command("list")
 def list_methods() -> None:
     """List the registered methods, also those whose package is missing or broken."""
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     from taskslam.slam.cards import inspect_methods
 
@@ -32,24 +32,24 @@ def list_methods() -> None:
     broken = []
     for state in inspect_methods():
         if state.card is None:
-            table.add_row(escape(state.entry.name), "", "", "", "", "", "[red]no[/]")
+            table.add_row(state.entry.name, "", "", "", "", "", Text("no", "red"))
         else:
             card = state.card
             table.add_row(
-                escape(state.entry.name),
+                state.entry.name,
                 card.kind,
                 "\n".join(card.sensors),
-                escape(card.licence),
+                card.licence,
                 card.map_mode,
                 "yes" if card.deterministic else "no",
-                "[yellow]no[/]" if state.problem else "yes",
+                Text("no", "yellow") if state.problem else "yes",
             )
         if state.problem:
-            broken.append(f"{escape(state.entry.name)}: {escape(state.problem)}")
+            broken.append(f"{state.entry.name}: {state.problem}")
     console = standard_output()
     console.print(table)
-    console.print("\n[dim]map: what it does with its map in with-map rounds")
-    console.print("[dim]repeats: the same input gives the same bytes")
+    console.print("\nmap: what it does with its map in with-map rounds", style="dim")
+    console.print("repeats: the same input gives the same bytes", style="dim")
     for line in broken:
         console.print(f"\n{line}", soft_wrap=True)
 
@@ -57,7 +57,6 @@ def list_methods() -> None:
 @app.command("show")
 def show(name: Annotated[str, typer.Argument(help="A method's name, or package.module:Class.")]) -> None:
     """Show a method's card."""
-    from rich.markup import escape
     from rich.table import Table
 
     from taskslam.slam.cards import card_of, inspect_method
@@ -67,9 +66,9 @@ def show(name: Annotated[str, typer.Argument(help="A method's name, or package.m
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="bold", no_wrap=True)
     for key, value in _card_rows(card):
-        table.add_row(key, escape(value))
-    table.add_row("class", escape(state.entry.target))
-    table.add_row("available", escape(state.problem) if state.problem else "yes")
+        table.add_row(key, value)
+    table.add_row("class", state.entry.target)
+    table.add_row("available", state.problem if state.problem else "yes")
     standard_output().print(table)
 
 
@@ -90,7 +89,7 @@ def check(
     Example:
         taskslam methods check karto --option resolution=0.02
     """
-    from rich.markup import escape
+    from rich.text import Text
 
     from taskslam.benchmark.conformance_eyes import conformance_looks
     from taskslam.robot import load_robot
@@ -99,7 +98,8 @@ def check(
     console = standard_output()
 
     def show_result(result: CheckResult) -> None:
-        console.print(f"{_MARKS[result.verdict]}  [bold]{result.name}[/]: {escape(result.detail)}", soft_wrap=True)
+        verdict = (result.verdict, _STYLES[result.verdict])
+        console.print(Text.assemble(verdict, "  ", (result.name, "bold"), f": {result.detail}"), soft_wrap=True)
 
     options = parse_options(option or [])
     results = check_method(

@@ -11,14 +11,15 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 
 from taskslam.benchmark.engine import Result, Watcher
 from taskslam.benchmark.spec import RunSpec
+from taskslam.cli.console import standard_error
 from taskslam.measurements import NANOSECONDS
 from taskslam.observer import Observer
 
 _COLUMNS = (
     SpinnerColumn(),
-    TextColumn("{task.description}"),
+    TextColumn("{task.description}", markup=False),
     BarColumn(bar_width=24),
-    TextColumn("[dim]{task.fields[info]}"),
+    TextColumn("{task.fields[info]}", style="dim", markup=False),
 )
 _REFRESH = 0.2  # s of wall time between two refreshes
 
@@ -35,7 +36,7 @@ class Lines(Observer):
 
     def notice(self, text: str) -> None:
         """Print a line."""
-        self._console.print(f"  {text}", highlight=False, markup=False, soft_wrap=True)
+        self._console.print(f"  {text}", highlight=False, soft_wrap=True)
 
 
 class Silent(Lines):
@@ -102,7 +103,7 @@ class Bar(Lines):
 @contextmanager
 def progress(quiet: bool) -> Iterator[Lines]:
     """The observer that fits where standard error goes."""
-    console = Console(stderr=True)
+    console = standard_error()
     if quiet:
         yield Silent(console)
         return
@@ -126,7 +127,7 @@ class SuiteLines(Watcher):
         self._ended += 1
         detail = f": {result.detail}" if result.detail else ""
         line = f"[{self._ended}/{self._total}] {result.title}: {result.ending}{detail}"
-        self._console.print(line, highlight=False, markup=False, soft_wrap=True)
+        self._console.print(line, highlight=False, soft_wrap=True)
 
 
 class SuiteBars(SuiteLines):
@@ -161,7 +162,7 @@ class SuiteBars(SuiteLines):
 @contextmanager
 def suite_progress(quiet: bool, total: int) -> Iterator[Watcher]:
     """The watcher that fits where standard error goes."""
-    console = Console(stderr=True)
+    console = standard_error()
     if quiet:
         yield Watcher()
     elif not console.is_terminal:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.console import say
 from taskslam.cli.options import parse_options
 from taskslam.cli.run import LatencyChoice
 from taskslam.mode import Mode
@@ -74,7 +75,7 @@ def replay(
             directory, came_to_the_end = feed(recording, spec, out, observer, overwrite)
             complete = complete and came_to_the_end
             if not quiet:
-                typer.echo(f"Replay: {directory}")
+                say(f"Replay: {directory}")
         for what, count in sorted(recording.skipped.items()):
             observer.notice(f"left out: {count} {what}")
     raise typer.Exit(0 if complete else 1)

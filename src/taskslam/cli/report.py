@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.console import say
+
 
 def report(
     directories: Annotated[list[Path], typer.Argument(help="Run directories, or folders that hold some at any depth.")],
@@ -24,4 +26,4 @@ def report(
     """
     from taskslam.report import write_report
 
-    typer.echo(f"Report: {write_report(directories, out)}")
+    say(f"Report: {write_report(directories, out)}")

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from taskslam.cli.console import say
 from taskslam.cli.options import parse_options
 from taskslam.mode import Mode
 
@@ -150,4 +151,4 @@ def _conclude(out: Path, quiet: bool) -> None:
         evaluate(out)
     page = write_report([out], out / "report.html")
     if not quiet:
-        typer.echo(f"Report: {page}")
+        say(f"Report: {page}")

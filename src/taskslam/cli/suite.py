@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from taskslam.cli.console import say
 from taskslam.endings import StoppedError
 from taskslam.mode import Mode
 
@@ -86,7 +87,7 @@ def suite(
     _say_what_was_not_driven(results)
     if any(result.ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT} for result in results):
         write_metrics(out, evaluate_runs([out]))
-        typer.echo(f"Report: {write_report([out], out / 'report.html')}")
+        say(f"Report: {write_report([out], out / 'report.html')}")
     endings = {result.ending for result in results}
     raise typer.Exit(3 if Ending.FAILED in endings else 2 if Ending.REFUSED in endings else 0)
 
@@ -96,7 +97,7 @@ def _say_what_was_not_driven(results: list[Result]) -> None:
 
     for result in results:
         if result.ending in {Ending.UNAVAILABLE, Ending.REFUSED, Ending.FAILED}:
-            typer.echo(f"{result.title}: {result.ending}: {result.detail}", err=True)
+            say(f"{result.title}: {result.ending}: {result.detail}", err=True)
 
 
 def _words(text: str) -> list[str]:

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.console import say
+
 app = typer.Typer(
     help="AprilTags: print them to exact millimetres, and see in a photograph that they are read.", no_args_is_help=True
 )
@@ -80,10 +82,10 @@ def make(
         pages = [one(sheet, family, number, side) for number in numbers]
     write_whole(out, write_pdf(pages, f"AprilTags {family} {ids}, {side:g} mm"))
     apart_text = f", centres {apart:g} mm apart" if kind is Kind.BUNDLE else ""
-    typer.echo(f"{out}: {len(pages)} page{'s' * (len(pages) > 1)}, {family}, {side:g} mm{apart_text}; print at 100 %")
+    say(f"{out}: {len(pages)} page{'s' * (len(pages) > 1)}, {family}, {side:g} mm{apart_text}; print at 100 %")
     if kind is Kind.BUNDLE:
         for group in groups:
-            typer.echo(f"In the setup file: square: {{ids: {group}, size: {side / 1000:g}, spacing: {apart / 1000:g}}}")
+            say(f"In the setup file: square: {{ids: {group}, size: {side / 1000:g}, spacing: {apart / 1000:g}}}")
 
 
 @app.command()
@@ -118,13 +120,13 @@ def check(
         import json as json_module
 
         found = [{"id": t.id, "family": t.family, "corners": np.round(t.corners, 4).tolist()} for t in tags]
-        typer.echo(json_module.dumps(found))
+        say(json_module.dumps(found))
         return
     if not tags:
-        typer.echo(f"{photo}: no tag of {family}")
+        say(f"{photo}: no tag of {family}")
         raise typer.Exit(1)
-    typer.echo(f"{'id':>5} {'centre px':>16} {'side px':>8} {'margin':>7} {'bits corrected':>15}")
+    say(f"{'id':>5} {'centre px':>16} {'side px':>8} {'margin':>7} {'bits corrected':>15}")
     for tag in tags:
         x, y = tag.corners.mean(0)
         side = np.linalg.norm(tag.corners - np.roll(tag.corners, 1, 0), axis=1).mean()
-        typer.echo(f"{tag.id:>5} {x:>8.1f} {y:>7.1f} {side:>8.1f} {tag.margin:>7.0f} {tag.hamming:>15}")
+        say(f"{tag.id:>5} {x:>8.1f} {y:>7.1f} {side:>8.1f} {tag.margin:>7.0f} {tag.hamming:>15}")

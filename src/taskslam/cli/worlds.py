@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskslam.cli.console import standard_output
+from taskslam.cli.console import say, standard_output
 from taskslam.cli.registered import registered_table
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def render(
     except OSError as error:
         raise InputError(f"Pictures cannot be written to {out}: {error.strerror or error}.") from error
     for name in pictures:
-        typer.echo(str(out / name))
+        say(str(out / name))
 
 
 def _parse_pose(text: str) -> SE2:
@@ -161,6 +161,6 @@ def _describe(world: World) -> None:
     console = standard_output()
     console.print(table)
     for warning in world.warnings:
-        console.print(f"Warning: {warning}", style="yellow", markup=False)
+        console.print(f"Warning: {warning}", style="yellow")
     if any(warning.startswith("Missing") for warning in world.warnings):
         console.print("Name their folder with --resource-path or GAZEBO_MODEL_PATH if you have them.", style="dim")

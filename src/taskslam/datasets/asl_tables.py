@@ -12,6 +12,7 @@ import numpy as np
 
 from taskslam.errors import DatasetError
 from taskslam.geometry import FloatArray, is_rigid
+from taskslam.reading import open_file
 from taskslam.user_files import read_mapping
 
 _LONGEST_LINE = 4096
@@ -48,7 +49,7 @@ def read_rows(path: Path) -> Iterator[Row]:
     """
     previous = -1
     try:
-        with path.open("rb") as file:
+        with open_file(path, "table", DatasetError) as file:
             number = 0
             while line := file.readline(_LONGEST_LINE):
                 number += 1

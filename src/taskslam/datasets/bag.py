@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from taskslam.datasets import bag_rig, ros_decoding, ros_encoding
-from taskslam.datasets.bag_access import Message, read_messages, topic_types
+from taskslam.datasets.bag_access import Message, read_heads, read_messages, topic_types
 from taskslam.datasets.bag_sensor import BagSensor, bag_sensor
 from taskslam.datasets.bag_topics import TRUTH_ROLE, choose_topics
 from taskslam.datasets.dataset import Dataset, TruthPose
@@ -54,6 +53,7 @@ class Bag(Dataset):
         super().__init__(path)
         self._types = topic_types(path)
         self._topics, unclear = choose_topics(self._types, topics)
+        self._heads = read_heads(path, self._wanted_heads())
         robot = robot or self._own_robot()
         self.frames = self._read_frames(base_frame, mounts)
         given = robot.rig if robot else None
@@ -96,10 +96,29 @@ class Bag(Dataset):
 
     def first(self, topic: str) -> list[Any]:
         """The first messages of a topic. Raises DatasetError where there is none."""
-        messages = [message.content for message in islice(read_messages(self.path, [topic]), _FEW)]
-        if not messages:
+        if not (messages := self._head(topic)):
             raise DatasetError(f"{topic} holds no message")
         return messages
+
+    def _wanted_heads(self) -> dict[str, int]:
+        """How many first messages of which topics tell the robot, the frames and the sensors."""
+        told = {*self._topics.values(), *(topic for topic, kind in self._types.items() if kind.endswith("/CameraInfo"))}
+        return (
+            dict.fromkeys(sorted(told), _FEW)
+            | {ros_encoding.ROBOT: 1}
+            | dict.fromkeys(self._static(), _STATIC_MESSAGES)
+        )
+
+    def _head(self, topic: str) -> list[Any]:
+        head = self._heads.get(topic, [])
+        if isinstance(head, DatasetError):
+            raise head
+        return head
+
+    def _static(self) -> list[str]:
+        return [
+            topic for topic, kind in self._types.items() if topic.endswith("tf_static") and kind.endswith("TFMessage")
+        ]
 
     def _read(self, kind: SensorKind, given: Any, unclear: Mapping[str, str]) -> BagSensor | None:
         """A sensor of the table, if its topics are known and its place and kind can be told; else says why not."""
@@ -130,24 +149,17 @@ class Bag(Dataset):
         """The robot that our export writes into a bag."""
         if self._types.get(ros_encoding.ROBOT) != "std_msgs/msg/String":
             return None
-        message = next(read_messages(self.path, [ros_encoding.ROBOT]), None)
-        if message is None:
+        if not (head := self._head(ros_encoding.ROBOT)):
             return None
         where = f"{self.path}: {ros_encoding.ROBOT}"
-        return check(Robot, mapping_of(message.content.data, where, DatasetError, keys_of(Robot)), where, DatasetError)
+        return check(Robot, mapping_of(head[0].data, where, DatasetError, keys_of(Robot)), where, DatasetError)
 
     def _read_frames(self, base: str | None, mounts: Mapping[str, str]) -> bag_rig.Frames:
-        static = [
-            topic for topic, kind in self._types.items() if topic.endswith("tf_static") and kind.endswith("TFMessage")
-        ]
         transforms = [
-            transform
-            for message in islice(read_messages(self.path, static), _STATIC_MESSAGES)
-            for transform in message.content.transforms
+            transform for topic in self._static() for content in self._head(topic) for transform in content.transforms
         ]
-        topic = self._topics.get("wheel_odometry")
-        odometry = next(read_messages(self.path, [topic] if topic else []), None)
-        child = odometry.content.child_frame_id.lstrip("/") if odometry else None
+        odometry = self._head(self._topics.get("wheel_odometry", ""))
+        child = odometry[0].child_frame_id.lstrip("/") if odometry else None
         try:
             return bag_rig.Frames(transforms, base, child, mounts)
         except DatasetError as error:

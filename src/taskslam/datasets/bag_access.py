@@ -5,10 +5,11 @@ Only standard messages are read, by their standard definitions: a bag may hold a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ from rosbags.rosbag2 import Reader as Rosbag2Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from taskslam.datasets.bag_files import BagPath, check_bag_files
 from taskslam.errors import DatasetError, TaskSlamError
+from taskslam.reading import is_file
 
 _TF = "tf2_msgs/msg/TFMessage"
 
@@ -42,7 +45,7 @@ def ros_types(store: Stores) -> Typestore:
 
 def bag_file(path: Path) -> Path:
     """What to open: the file or ROS 2 folder itself, or the one that lies in the folder. Raises DatasetError."""
-    if path.is_file() or (path / "metadata.yaml").is_file():
+    if is_file(path) or is_file(path / "metadata.yaml"):
         return path
     inside = [place for place in sorted(path.iterdir()) if _is_bag(place)]
     if len(inside) != 1:
@@ -65,24 +68,42 @@ def read_messages(path: Path, topics: Collection[str]) -> Iterator[Message]:
 
     Raises DatasetError where the bag is damaged, or a topic is of a type that is not standard.
     """
-    if not topics:
-        return
+    if topics:
+        with _opened(path) as reader:
+            yield from _messages(reader, path, topics)
+
+
+def read_heads(path: Path, counts: Mapping[str, int]) -> dict[str, list[Any] | DatasetError]:
+    """The content of the first so many messages of each topic, or why they cannot be read; the bag is opened once.
+
+    Opening costs: the metadata of a hundred topics take a second. Raises DatasetError if the bag cannot be opened.
+    """
+    heads: dict[str, list[Any] | DatasetError] = {}
+    with _opened(path) as reader:
+        for topic, count in counts.items():
+            try:
+                heads[topic] = [message.content for message in islice(_messages(reader, path, [topic]), count)]
+            except DatasetError as error:
+                heads[topic] = error
+    return heads
+
+
+def _messages(reader: Any, path: Path, topics: Collection[str]) -> Iterator[Message]:
     ros1 = _is_ros1(path)
     types = ros_types(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     decode = types.deserialize_ros1 if ros1 else types.deserialize_cdr
-    with _opened(path) as reader:
-        connections = [connection for connection in reader.connections if connection.topic in topics]
-        for connection in connections:
-            if connection.msgtype not in types.types:
-                raise DatasetError(f"{path}: {connection.topic} is of the type {connection.msgtype}, which is not read")
-        if not connections:
-            return
-        with _foreign_errors(path, "damaged or cut off"):
-            for connection, recorded, raw in reader.messages(connections=connections):
-                where = f"{path}: {connection.topic}, the message recorded at {recorded / 1e9:.3f} s"
-                with _foreign_errors(where, "cannot be decoded"):
-                    content = decode(raw, connection.msgtype)
-                yield Message(connection.topic, recorded, content)
+    connections = [connection for connection in reader.connections if connection.topic in topics]
+    for connection in connections:
+        if connection.msgtype not in types.types:
+            raise DatasetError(f"{path}: {connection.topic} is of the type {connection.msgtype}, which is not read")
+    if not connections:
+        return
+    with _foreign_errors(path, "damaged or cut off"):
+        for connection, recorded, raw in reader.messages(connections=connections):
+            where = f"{path}: {connection.topic}, the message recorded at {recorded / 1e9:.3f} s"
+            with _foreign_errors(where, "cannot be decoded"):
+                content = decode(raw, connection.msgtype)
+            yield Message(connection.topic, recorded, content)
 
 
 def _is_ros1(path: Path) -> bool:
@@ -90,13 +111,14 @@ def _is_ros1(path: Path) -> bool:
 
 
 def _is_bag(place: Path) -> bool:
-    return (place.is_file() and place.suffix in (".bag", ".mcap")) or (place / "metadata.yaml").is_file()
+    return (is_file(place) and place.suffix in (".bag", ".mcap")) or is_file(place / "metadata.yaml")
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
+    check_bag_files(path, DatasetError)
     with _foreign_errors(path, "cannot be opened as a bag"):
-        reader: Any = Rosbag1Reader(path) if _is_ros1(path) else Rosbag2Reader(path)
+        reader: Any = (Rosbag1Reader if _is_ros1(path) else Rosbag2Reader)(BagPath(path))
         reader.open()
     try:
         yield reader

@@ -13,9 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from taskslam.datasets.bag_files import BagPath, check_bag_files
 from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajectory
 from taskslam.errors import TrajectoryError
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import is_file, is_there
 
 POSES: dict[str, Callable[[Any], Any]] = {
     "nav_msgs/msg/Odometry": attrgetter("pose.pose.position", "pose.pose.orientation"),
@@ -28,7 +30,7 @@ _SUFFIXES = {".bag", ".mcap", ".db3"}
 
 def is_bag(path: Path) -> bool:
     """Whether a path is a recording, by its name or by the metadata in its folder."""
-    return path.suffix.lower() in _SUFFIXES or (path / "metadata.yaml").is_file()
+    return path.suffix.lower() in _SUFFIXES or is_file(path / "metadata.yaml")
 
 
 def read_bag_trajectory(path: Path, topic: str | None = None) -> ReadTrajectory:
@@ -36,10 +38,9 @@ def read_bag_trajectory(path: Path, topic: str | None = None) -> ReadTrajectory:
 
     Raises TrajectoryError: the file is damaged or no recording, the topic is not there or not of a type with a pose.
     """
-    if not path.exists():
+    if not is_there(path):
         raise TrajectoryError(f"{path}: no such recording")
-    if not (path.is_file() or path.is_dir()):
-        raise TrajectoryError(f"{path}: expected a recording, found a device")
+    check_bag_files(path, TrajectoryError)
     try:
         rows = _rows(path, topic)
     except TrajectoryError:
@@ -59,10 +60,10 @@ def _rows(path: Path, topic: str | None) -> list[tuple[float, ...]]:
     from rosbags.rosbag2 import Reader as Ros2Reader
     from rosbags.typesys import Stores, get_typestore
 
-    ros1 = path.suffix.lower() == ".bag" and path.is_file()
+    ros1 = path.suffix.lower() == ".bag" and is_file(path)
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
     rows: list[tuple[float, ...]] = []
-    with Ros1Reader(path) if ros1 else Ros2Reader(path) as reader:
+    with (Ros1Reader if ros1 else Ros2Reader)(BagPath(path)) as reader:
         chosen = _choose(path, topic, {link.topic: link.msgtype for link in reader.connections})
         links = [link for link in reader.connections if link.topic == chosen]
         for link, _, data in reader.messages(links):

@@ -15,6 +15,7 @@ from typing import Self
 
 from taskslam.geometry import FloatArray
 from taskslam.measurements import Measurement, Sensor
+from taskslam.reading import is_file
 from taskslam.robot import SensorRig
 from taskslam.sensors import sensor_kind
 
@@ -41,7 +42,7 @@ class Dataset(ABC):
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.name = path.stem if path.is_file() else path.resolve().name
+        self.name = path.stem if is_file(path) else path.resolve().name
         self.why_not: dict[Sensor, str] = {}
         self.skipped: Counter[str] = Counter()
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import ValidationError
 
 from taskslam.datasets.asl_tables import Row, SensorFile, read_rows, read_sensor_file
 from taskslam.datasets.dataset import Dataset, TruthPose, order
@@ -29,7 +30,9 @@ from taskslam.datasets.stereo_rectification import (
 )
 from taskslam.errors import DatasetError
 from taskslam.measurements import ImuSamples, Measurement, Sensor, StereoImages
+from taskslam.reading import is_file, is_folder
 from taskslam.robot import Imu, Robot, SensorRig, load_robot
+from taskslam.user_files import check, complaint
 
 ROBOT_FILE = "robot.yaml"
 CAMERAS = ("cam0", "cam1")
@@ -38,7 +41,7 @@ IMU, TRUTH = "imu0", "state_groundtruth_estimate0"
 
 def is_euroc(path: Path) -> bool:
     """Whether a folder is, or holds, a `mav0`."""
-    return (path / "mav0").is_dir() or (path.name == "mav0" and path.is_dir())
+    return is_folder(path / "mav0") or (path.name == "mav0" and is_folder(path))
 
 
 class EurocFolder(Dataset):
@@ -55,10 +58,10 @@ class EurocFolder(Dataset):
         self._root = path if path.name == "mav0" else path / "mav0"
         self.name = self._root.resolve().parent.name
         own = self._root.parent / ROBOT_FILE
-        if robot is None and own.is_file():
+        if robot is None and is_file(own):
             robot = load_robot(own)
-        stereo = all((self._root / camera / "data.csv").is_file() for camera in CAMERAS)
-        inertial = (self._root / IMU / "data.csv").is_file()
+        stereo = all(is_file(self._root / camera / "data.csv") for camera in CAMERAS)
+        inertial = is_file(self._root / IMU / "data.csv")
         self.sensors = frozenset([Sensor.STEREO_IMAGES] * stereo + [Sensor.IMU] * inertial)
         base = robot if robot is not None else load_robot("turtlebot2")
         self._rectifier = self._read_cameras() if stereo else None
@@ -82,7 +85,7 @@ class EurocFolder(Dataset):
     def truth(self) -> Iterator[TruthPose]:
         """Rows of state_groundtruth_estimate0: position and orientation (w x y z) of the body."""
         path = self._root / TRUTH / "data.csv"
-        if not path.is_file():
+        if not is_file(path):
             return
         for row in read_rows(path):
             x, y, z, qw, qx, qy, qz = row.numbers(7)
@@ -131,7 +134,7 @@ class EurocFolder(Dataset):
             raise DatasetError(f"{row.where}: '{row.cells[0][:100]}' is not the name of a file") from error
         if not path.is_relative_to(folder) or path == folder:
             raise DatasetError(f"{row.where}: '{row.cells[0][:100]}' is not a file inside {folder}")
-        if not path.is_file():
+        if not is_file(path):
             raise DatasetError(f"{row.where}: the image {path} does not exist")
         return path
 
@@ -145,8 +148,9 @@ class EurocFolder(Dataset):
         image = read_image(self._image_path(first, CAMERAS[0]), first.where, self._size)
         try:
             return Rectifier(cameras[0], cameras[1], files[0].number("rate_hz"), image.ndim == 3)
-        except DatasetError as error:
-            raise DatasetError(f"{self._root}: {error}") from error
+        except (DatasetError, ValidationError) as error:
+            why = complaint(error) if isinstance(error, ValidationError) else error
+            raise DatasetError(f"{self._root}: {why}") from error
 
     def _read_imu(self) -> Imu:
         """From densities to the standard deviation of one sample."""
@@ -154,12 +158,13 @@ class EurocFolder(Dataset):
         rate = file.number("rate_hz")
         if rate <= 0:
             raise DatasetError(f"{file.path}: rate_hz: expected a positive number")
-        return Imu(
-            mount=mount_of(file.mount()),
-            rate=rate,
-            gyro_noise=file.number("gyroscope_noise_density") * math.sqrt(rate),
-            accel_noise=file.number("accelerometer_noise_density") * math.sqrt(rate),
-        )
+        sheet = {
+            "mount": mount_of(file.mount()),
+            "rate": rate,
+            "gyro_noise": file.number("gyroscope_noise_density") * math.sqrt(rate),
+            "accel_noise": file.number("accelerometer_noise_density") * math.sqrt(rate),
+        }
+        return check(Imu, sheet, str(file.path), DatasetError)
 
 
 def _calibration(file: SensorFile) -> CameraCalibration:

@@ -10,6 +10,7 @@ from taskslam.datasets.bag_access import bag_file
 from taskslam.datasets.dataset import Dataset
 from taskslam.datasets.euroc_folder import EurocFolder, is_euroc
 from taskslam.errors import DatasetError
+from taskslam.reading import is_folder, is_there
 from taskslam.robot import Robot
 
 
@@ -28,13 +29,13 @@ def open_dataset(
     Raises:
         DatasetError: no such path, no known form, or damaged.
     """
-    if not path.exists():
+    if not is_there(path):
         raise DatasetError(f"{path}: no such file or folder; expected an EuRoC folder, a .bag, an .mcap or a ROS 2 bag")
     if is_euroc(path):
         if topics or base_frame or mounts:
             raise DatasetError(f"{path}: an EuRoC folder has no topics or frames to name")
         return EurocFolder(path, robot)
     bag = Bag(bag_file(path), robot, topics or {}, base_frame, mounts or {})
-    if path.is_dir():
+    if is_folder(path):
         bag.name = path.resolve().name
     return bag

@@ -21,6 +21,7 @@ import numpy as np
 
 from taskslam.errors import DatasetError, RecordError
 from taskslam.geometry import SE2, FloatArray, wrap
+from taskslam.reading import is_file
 from taskslam.record.number_table import NumberTable, read_number_table
 from taskslam.record.trajectories import SpatialTrajectory, Trajectory, unit_quaternions
 
@@ -63,13 +64,13 @@ class Trial:
 
 def is_trial(folder: Path) -> bool:
     """Whether a folder looks like a trial: it has one of the files that matter."""
-    return any((folder / name).is_file() for name in (PLANNED, VISITED, NAV_INFO, TRUE_POSES, TRUE_ODOMS))
+    return any(is_file(folder / name) for name in (PLANNED, VISITED, NAV_INFO, TRUE_POSES, TRUE_ODOMS))
 
 
 def read_goals(folder: Path) -> FloatArray:
     """(N, 3) planned goals in visiting order, headings as written; (0, 3) without the file. Raises DatasetError."""
     path = folder / PLANNED
-    if not path.is_file():
+    if not is_file(path):
         return np.empty((0, 3))
     table = _table(path, 3, "'x y theta'", stamped=False)
     if not np.isfinite(table.values).all():
@@ -90,9 +91,9 @@ def read_trial(folder: Path, goals: FloatArray) -> Trial:
 
 
 def _visits(folder: Path, goals: FloatArray, missing: Counter[str]) -> tuple[Visit, ...]:
-    if (folder / NAV_INFO).is_file():
+    if is_file(folder / NAV_INFO):
         visits = _indexed_visits(folder / NAV_INFO, goals, missing)
-    elif (folder / VISITED).is_file():
+    elif is_file(folder / VISITED):
         missing[f"trials without {NAV_INFO}: goals told apart by visiting order"] += 1
         visits = _visits_in_order(folder / VISITED, goals, missing)
     else:
@@ -142,7 +143,7 @@ def _same(pose: FloatArray, goal: FloatArray) -> bool:
 
 def _poses(folder: Path, names: tuple[str, ...], missing: Counter[str]) -> Trajectory:
     """The first of these files that is there, as planar poses in stamp order; rows that are no pose are left out."""
-    path = next((folder / name for name in names if (folder / name).is_file()), None)
+    path = next((folder / name for name in names if is_file(folder / name)), None)
     if path is None:
         missing[f"trials without {' or '.join(names)}"] += 1
         return _NO_POSES

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from taskslam.errors import TrajectoryError
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import LARGEST_NUMBER
 from taskslam.record.trajectories import SpatialTrajectory, seconds, unit_quaternions
 
 _LONGEST_GAP_S = 10 * 365 * 86400
@@ -43,7 +44,7 @@ def checked_trajectory(
     Raises TrajectoryError naming the place.
     """
     rows = np.arange(len(stamps))
-    finite = np.isfinite(positions).all(axis=1) & np.isfinite(quaternions).all(axis=1)
+    finite = (np.abs(positions) <= LARGEST_NUMBER).all(axis=1) & np.isfinite(quaternions).all(axis=1)
     if not finite.all():
         first = place(int(np.argmin(finite)))
         notes += (f"{np.count_nonzero(~finite)} of {len(rows)} poses are not finite and left out (first: {first})",)

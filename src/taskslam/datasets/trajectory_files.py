@@ -16,6 +16,7 @@ import numpy as np
 from taskslam.datasets.bag_trajectories import is_bag, read_bag_trajectory
 from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajectory
 from taskslam.errors import RecordError, TrajectoryError
+from taskslam.reading import is_there, open_file
 from taskslam.record.number_table import NumberTable, read_number_table
 from taskslam.record.trajectories import COLUMNS
 
@@ -46,7 +47,7 @@ def read_trajectory_file(source: str, times: Path | None = None) -> ReadTrajecto
 def split_topic(source: str) -> tuple[Path, str | None]:
     """`drive.bag:/odom` as path and topic; a path that exists as it stands has no topic."""
     head, colon, topic = source.rpartition(":")
-    if colon and head and topic and not Path(source).exists() and is_bag(Path(head)):
+    if colon and head and topic and not is_there(Path(source)) and is_bag(Path(head)):
         return Path(head), topic
     return Path(source), None
 
@@ -92,13 +93,8 @@ def _read_kitti(path: Path, times: Path | None) -> ReadTrajectory:
 
 def _words_of_first_line(path: Path) -> int:
     """How many words the first line of numbers has, as far as the first 64 KiB show it."""
-    if not path.is_file():
-        return 0
-    try:
-        with path.open("rb") as file:
-            head = file.read(65536)
-    except OSError:
-        return 0
+    with open_file(path, "trajectory", TrajectoryError) as file:
+        head = file.read(65536)
     lines = (line.split() for line in head.split(b"\n"))
     return next((len(words) for words in lines if words and words[0][:1] not in b"#%"), 0)
 

@@ -13,6 +13,8 @@ from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics, r
 from taskslam.evaluation.names import method_labels
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.evaluation.upstream import NONE, Deviations, names_of
+from taskslam.printable import printable
+from taskslam.reading import is_file, is_folder
 from taskslam.record import RunRecord, find_partial_runs, find_runs, load_run
 
 
@@ -41,7 +43,7 @@ def evaluate_runs(paths: Sequence[Path], deviations: Deviations = NONE) -> Metri
 
 def load_metrics(path: Path) -> MetricsFile:
     """Metrics from a folder that holds runs, or from a metrics.json. Raises RecordError."""
-    return read_metrics(path) if path.is_file() else evaluate_runs([path])
+    return read_metrics(path) if is_file(path) else evaluate_runs([path])
 
 
 def by_method(runs: Sequence[RunMetrics]) -> dict[str, list[RunMetrics]]:
@@ -69,13 +71,15 @@ def _each_run(
 ) -> Iterator[tuple[RunRecord, RunMetrics]]:
     """Record and metrics of one run after the other; what cannot be evaluated is added to `left_out`."""
     found, partial = _find(paths)
-    left_out += [LeftOut(directory=name, reason="half-written: stopped, or still under way") for name in partial]
+    left_out += [
+        LeftOut(directory=printable(name), reason="half-written: stopped, or still under way") for name in partial
+    ]
     for name in sorted(found):
         try:
             record = load_run(found[name], damaged=True)
-            metrics = run_metrics(record, name, deviations)
+            metrics = run_metrics(record, printable(name), deviations)
         except RecordError as error:
-            left_out.append(LeftOut(directory=name, reason=str(error)))
+            left_out.append(LeftOut(directory=printable(name), reason=printable(str(error))))
         else:
             yield record, metrics
 
@@ -85,7 +89,7 @@ def _find(paths: Sequence[Path]) -> tuple[dict[str, Path], list[str]]:
     if not paths:
         raise RecordError("no folder was given; expected one that holds runs")
     for path in paths:
-        if not path.is_dir():
+        if not is_folder(path):
             raise RecordError(f"{path}: no such folder; expected one that holds runs")
     base = os.path.commonpath([path.absolute() for path in paths])
     found: dict[str, Path] = {}

@@ -8,6 +8,7 @@ from itertools import groupby
 from taskslam.evaluation.gate import Finding, GateReport, run_name
 from taskslam.evaluation.quantities import quantity
 from taskslam.evaluation.quantity import Dimension
+from taskslam.printable import in_markdown, one_line, printable
 
 DASH = "–"
 
@@ -15,8 +16,10 @@ DASH = "–"
 def markdown(report: GateReport) -> str:
     """One heading, the verdict, a table of findings with the regressions first."""
     order = ("regression", "within noise", "undetermined", "better", "fine")
-    lines = [f"## TaskSLAM-Bench: {headline(report)}", "", f"Rules: `{', '.join(report.rules)}`", ""]
-    lines += [f"- **missing** {_plain(run_name(missing))}: {_plain(missing.reason)}" for missing in report.missing]
+    lines = [f"## TaskSLAM-Bench: {headline(report)}", "", f"Rules: `{one_line(', '.join(report.rules))}`", ""]
+    lines += [
+        f"- **missing** {in_markdown(run_name(missing))}: {in_markdown(missing.reason)}" for missing in report.missing
+    ]
     if report.missing:
         lines.append("")
     if report.findings:
@@ -24,15 +27,15 @@ def markdown(report: GateReport) -> str:
             "| result | run | metric | base | new | ratio [95 %] |",
             "|---|---|---|---:|---:|---:|",
             *(
-                f"| {_strong(f)} | {_plain(run_name(f))} | {f.metric} | {value(f, f.base)} | {value(f, f.new)} "
+                f"| {_strong(f)} | {in_markdown(run_name(f))} | {f.metric} | {value(f, f.base)} | {value(f, f.new)} "
                 f"| {ratio(f)} |"
                 for f in sorted(report.findings, key=lambda finding: order.index(finding.status))
             ),
             "",
         ]
-    lines += [f"- {_plain(run_name(f))}: {_plain(f.reason)}" for f in report.regressions]
+    lines += [f"- {in_markdown(run_name(f))}: {in_markdown(f.reason)}" for f in report.regressions]
     if report.added:
-        lines.append(f"- not in BASE, not judged: {_plain(', '.join(report.added))}")
+        lines.append(f"- not in BASE, not judged: {in_markdown(', '.join(report.added))}")
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -44,21 +47,26 @@ def junit(report: GateReport) -> str:
         failures = sum(finding.status == "regression" for finding in findings)
         skipped = sum(finding.status == "undetermined" for finding in findings)
         suite = ET.SubElement(
-            root, "testsuite", name=name, tests=str(len(findings)), failures=str(failures), skipped=str(skipped)
+            root,
+            "testsuite",
+            name=printable(name),
+            tests=str(len(findings)),
+            failures=str(failures),
+            skipped=str(skipped),
         )
         for finding in findings:
-            case = ET.SubElement(suite, "testcase", classname=name, name=finding.metric)
+            case = ET.SubElement(suite, "testcase", classname=printable(name), name=finding.metric)
             if finding.status == "regression":
-                ET.SubElement(case, "failure", message=_xml(finding.reason), type="regression")
+                ET.SubElement(case, "failure", message=printable(finding.reason), type="regression")
             elif finding.status == "undetermined":
-                ET.SubElement(case, "skipped", message=_xml(finding.reason))
+                ET.SubElement(case, "skipped", message=printable(finding.reason))
             else:
-                ET.SubElement(case, "system-out").text = _xml(f"{finding.status}: {finding.reason}")
+                ET.SubElement(case, "system-out").text = printable(f"{finding.status}: {finding.reason}")
     for missing in report.missing:
         name = run_name(missing)
-        suite = ET.SubElement(root, "testsuite", name=name, tests="1", failures="1", skipped="0")
-        case = ET.SubElement(suite, "testcase", classname=name, name="run")
-        ET.SubElement(case, "failure", message=_xml(missing.reason), type="missing")
+        suite = ET.SubElement(root, "testsuite", name=printable(name), tests="1", failures="1", skipped="0")
+        case = ET.SubElement(suite, "testcase", classname=printable(name), name="run")
+        ET.SubElement(case, "failure", message=printable(missing.reason), type="missing")
     ET.indent(root)
     return ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
@@ -99,13 +107,3 @@ def ratio(finding: Finding) -> str:
 
 def _strong(finding: Finding) -> str:
     return f"**{finding.status}**" if finding.status == "regression" else finding.status
-
-
-def _plain(text: str) -> str:
-    """Text that cannot break a table or start a tag."""
-    return text.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
-
-
-def _xml(text: str) -> str:
-    """Without the control characters that XML 1.0 forbids."""
-    return "".join(letter for letter in text if letter >= " " or letter in "\t\n")

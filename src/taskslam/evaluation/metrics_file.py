@@ -10,18 +10,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import indent
-from typing import Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from taskslam.errors import RecordError
 from taskslam.files import write_whole
+from taskslam.reading import LARGEST_METRICS, LARGEST_NUMBER, read_bytes
 from taskslam.user_files import complaint
 
 METRICS_FORMAT: Literal["taskslam-metrics/3"] = "taskslam-metrics/3"
 METRICS_FILE = "metrics.json"
 
-PoseRow: TypeAlias = tuple[float, float, float]
+Real: TypeAlias = Annotated[float, Field(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+PoseRow: TypeAlias = tuple[Real, Real, Real]
 
 
 class _Part(BaseModel):
@@ -32,44 +34,44 @@ class _Part(BaseModel):
 class Position:
     """E and e in metres."""
 
-    precision_m: float | None
-    accuracy_m: float | None
+    precision_m: Real | None
+    accuracy_m: Real | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Orientation:
     """Delta (round to round) and delta (to the goal) in radians."""
 
-    precision_rad: float | None
-    accuracy_rad: float | None
+    precision_rad: Real | None
+    accuracy_rad: Real | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorShare:
     """One of the two shares of an arrival error (protocol 7.3 #9); spread: its part that differs between rounds."""
 
-    position_m: float | None
-    heading_rad: float | None
-    spread_m: float | None
+    position_m: Real | None
+    heading_rad: Real | None
+    spread_m: Real | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repeatability:
     """Pose accuracy AP and pose repeatability RP of ISO 9283, position and heading."""
 
-    pose_accuracy_m: float | None = None
-    pose_repeatability_m: float | None = None
-    pose_accuracy_rad: float | None = None
-    pose_repeatability_rad: float | None = None
+    pose_accuracy_m: Real | None = None
+    pose_repeatability_m: Real | None = None
+    pose_accuracy_rad: Real | None = None
+    pose_repeatability_rad: Real | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
     """A quantity with the ends of its 95 % interval, in SI units."""
 
-    value: float | None
-    low: float | None = None
-    high: float | None = None
+    value: Real | None
+    low: Real | None = None
+    high: Real | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +79,7 @@ class Visit:
     """One arrival. A pose that was not measured is null."""
 
     round: int
-    t_s: float
+    t_s: Real
     truth: PoseRow | None
     estimate: PoseRow | None
     odometry: PoseRow | None
@@ -100,7 +102,7 @@ class WaypointMetrics:
     rounds: int
     complete: bool
     position: Position
-    precision_rms_m: float | None
+    precision_rms_m: Real | None
     orientation: Orientation
     iso9283: Repeatability = Repeatability()
     mean_pose: PoseRow | None
@@ -108,7 +110,7 @@ class WaypointMetrics:
     estimation: ErrorShare
     arrivals: tuple[Visit, ...]
     unjudged: str | None = None
-    quantities: dict[str, float] = field(default_factory=dict)
+    quantities: dict[str, Real] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +124,7 @@ class Failure:
     outcome: str
     blames: str
     detail: str
-    t_s: float
+    t_s: Real
     truth: PoseRow | None
     estimate: PoseRow | None
 
@@ -135,7 +137,7 @@ class RoundSummary:
     priming: bool
     outcome: str | None
     reached: int
-    duration_s: float | None
+    duration_s: Real | None
     frames: int
     dropped_frames: int
 
@@ -143,16 +145,16 @@ class RoundSummary:
 class NormalizedArea(_Part):
     """N-AUC: on the grid published for simulation, on that for the real robot, and exactly over 120 cm."""
 
-    published: float | None
-    published_real_grid: float | None
-    exact: float | None
+    published: Real | None
+    published_real_grid: Real | None
+    exact: Real | None
 
 
 class Interval(_Part):
     """A confidence interval, in the unit of what it belongs to."""
 
-    low: float
-    high: float
+    low: Real
+    high: Real
 
 
 class Legs(_Part):
@@ -177,7 +179,7 @@ class Uncertainty(_Part):
     precision_here_m.
     """
 
-    level: float
+    level: Real
     precision_m: Interval | None
     precision_here_m: Interval | None
     accuracy_m: Interval | None
@@ -185,7 +187,7 @@ class Uncertainty(_Part):
     accuracy_rad: Interval | None
     completeness: Interval
     n_auc_exact: Interval | None
-    precision_unbiased_m: float | None
+    precision_unbiased_m: Real | None
     legs: Legs
     rounds_to_halve: int | None
 
@@ -193,12 +195,12 @@ class Uncertainty(_Part):
 class Headline(_Part):
     """The numbers of a run that are published, in metres, radians and shares."""
 
-    completeness: float
-    precision_m: float | None
-    accuracy_m: float | None
-    precision_rad: float | None
-    accuracy_rad: float | None
-    n_auc: float | None
+    completeness: Real
+    precision_m: Real | None
+    accuracy_m: Real | None
+    precision_rad: Real | None
+    accuracy_rad: Real | None
+    n_auc: Real | None
 
 
 class RunMetrics(_Part):
@@ -219,11 +221,11 @@ class RunMetrics(_Part):
     mode: str
     seed: int
     rounds: int
-    completeness: float
+    completeness: Real
     complete_waypoints: int
     planned_waypoints: int
     position: Position
-    precision_rms_m: float | None
+    precision_rms_m: Real | None
     orientation: Orientation
     iso9283: Repeatability
     n_auc: NormalizedArea
@@ -234,12 +236,12 @@ class RunMetrics(_Part):
     failures: tuple[Failure, ...]
     failures_by_kind: dict[str, int]
     round_summaries: tuple[RoundSummary, ...]
-    simulated_s: float
-    wall_s: float
-    compute_s: float
+    simulated_s: Real
+    wall_s: Real
+    compute_s: Real
     method_peak_bytes: int | None = None
     own_peak_bytes: int | None = None
-    real_time_factor: float | None
+    real_time_factor: Real | None
     frames: int
     dropped_frames: int
     notices: int
@@ -254,6 +256,12 @@ class RunMetrics(_Part):
     by_definition: Headline | None = None
     behaviour: int | None = None
     quantities: dict[str, Measured] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _waypoints_by_their_index(self) -> RunMetrics:
+        if [waypoint.goal for waypoint in self.waypoints] != list(range(len(self.waypoints))):
+            raise ValueError("waypoints: expected those of goal 0, 1 and so on in this order")
+        return self
 
     @property
     def headline(self) -> Headline:
@@ -294,15 +302,15 @@ class Comparison(_Part):
     a_only: int
     b_only: int
     rounds: tuple[int, int]
-    a_mean_m: float | None
-    b_mean_m: float | None
-    ratio: float | None
+    a_mean_m: Real | None
+    b_mean_m: Real | None
+    ratio: Real | None
     ratio_interval: Interval | None
-    p: float | None
-    p_adjusted: float | None
-    p_permutation: float | None
-    p_permutation_floor: float | None
-    cliffs_delta: float | None
+    p: Real | None
+    p_adjusted: Real | None
+    p_permutation: Real | None
+    p_permutation_floor: Real | None
+    cliffs_delta: Real | None
     better_at: int
     told_apart: bool
     rounds_needed: int | None
@@ -349,9 +357,8 @@ def _pieces(metrics: MetricsFile) -> Iterator[str]:
 
 def read_metrics(path: Path) -> MetricsFile:
     """Read a metrics.json. Raises RecordError naming the file and what was expected."""
+    data = read_bytes(path, "metrics", RecordError, LARGEST_METRICS)
     try:
-        return MetricsFile.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
+        return MetricsFile.model_validate_json(data)
     except ValidationError as error:
         raise RecordError(f"{path}: expected {METRICS_FORMAT!r}: {complaint(error, MetricsFile)}") from None

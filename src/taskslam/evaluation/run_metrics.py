@@ -113,7 +113,7 @@ def _metrics(record: RunRecord, name: str, deviations: Deviations) -> RunMetrics
         compute_s=manifest.compute_s,
         method_peak_bytes=manifest.method_peak_bytes,
         own_peak_bytes=manifest.own_peak_bytes,
-        real_time_factor=manifest.simulated_s / manifest.wall_s if manifest.wall_s > 0 else None,
+        real_time_factor=manifest.simulated_s / manifest.wall_s if manifest.wall_s > 1e-9 else None,
         frames=sum(summary.frames for summary in rounds),
         dropped_frames=sum(summary.dropped_frames for summary in rounds),
         notices=sum(isinstance(event, MethodNotice) for event in record.events),

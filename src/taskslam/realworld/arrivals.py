@@ -21,13 +21,13 @@ from taskslam.errors import InputError
 from taskslam.geometry import SE2, FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS
 from taskslam.mode import Mode
+from taskslam.reading import LARGEST_LOG, is_folder, is_there, read_text
 from taskslam.realworld.setup_file import RunSource, Setup
 from taskslam.record import Arrival, Manifest, RoundStarted, RunRecord, load_run
 from taskslam.record.run_directory import MANIFEST
+from taskslam.task import MOST_ROUNDS
 
-_LARGEST = 1 << 26  # bytes of a log
 _LATEST = 1e10  # s since 1970
-_MOST_ROUNDS = 1000
 _SAME_PLACE = 1e-3  # m and rad; the published files carry six decimals
 
 
@@ -66,7 +66,7 @@ def read_arrivals(source: RunSource, setup: Setup) -> ArrivalLog:
         RecordError: a damaged run directory.
     """
     first = setup.path(source.arrivals[0])
-    if first.is_dir() and (first / MANIFEST).exists():
+    if is_folder(first) and is_there(first / MANIFEST):
         if len(source.arrivals) > 1:
             raise InputError(f"{first}: a run directory holds all its rounds; expected it alone")
         return _from_record(first, source)
@@ -128,7 +128,7 @@ def _goals(path: Path, setup: Setup) -> tuple[SE2, ...]:
         goals = tuple(place.pose for place in setup.waypoints)
     else:
         planned = path.with_name("planned_waypoints.txt")
-        if not planned.exists():
+        if not is_there(planned):
             raise InputError(f"{path}: give `waypoints`, for there is no {planned.name} beside it")
         goals = tuple(SE2(*row) for row in _table(planned, 3, "x y theta")[:, :3].tolist())
     if not goals:
@@ -143,8 +143,8 @@ def _published_visits(path: Path, goals: Sequence[SE2]) -> list[tuple[int, int, 
     loop, met = 0, set[int]()
     for row in table.tolist():
         goal = _goal_at(SE2(*row[1:4]), goals, path)
-        if not abs(row[0]) <= _LATEST or (len(row) >= 6 and not 0 <= row[5] <= _MOST_ROUNDS):
-            raise InputError(f"{path}: stamp {row[0]:g}: expected Unix seconds, and a loop of 0 to {_MOST_ROUNDS}")
+        if not abs(row[0]) <= _LATEST or (len(row) >= 6 and not 0 <= row[5] <= MOST_ROUNDS):
+            raise InputError(f"{path}: stamp {row[0]:g}: expected Unix seconds, and a loop of 0 to {MOST_ROUNDS}")
         if len(row) >= 6:
             loop = int(row[5])
         elif goal in met:
@@ -179,7 +179,7 @@ def _csv_visit(row: Mapping[str, str], where: str, waypoints: int) -> tuple[int,
         stamp, number, waypoint = _utc(row["time"] or ""), int(row["round"]), int(row["waypoint"])
     except (TypeError, ValueError) as error:
         raise InputError(f"{where}: {error}; expected a time, a round and a waypoint") from None
-    if not 1 <= waypoint <= waypoints or not 0 <= number <= _MOST_ROUNDS:
+    if not 1 <= waypoint <= waypoints or not 0 <= number <= MOST_ROUNDS:
         raise InputError(
             f"{where}: waypoint {waypoint} in round {number}; expected waypoints 1 to {waypoints},"
             " rounds from 1 (0 is the priming round)"
@@ -220,16 +220,7 @@ def _table(path: Path, columns: int, names: str) -> FloatArray:
 
 
 def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            data = file.read(_LARGEST + 1)
-        if len(data) > _LARGEST:
-            raise InputError(f"{path}: larger than 64 MB; expected a log of arrivals")
-        return data.decode("utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: the arrivals cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not UTF-8 text; expected a log of arrivals") from None
+    return read_text(path, "log of arrivals", InputError, LARGEST_LOG)
 
 
 def _refuse_twice(visits: Iterable[tuple[int, int, int]], paths: Sequence[Path]) -> None:

@@ -9,16 +9,16 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from taskslam.errors import RecordError
+from taskslam.reading import LARGEST_LOG, is_there, read_bytes
 from taskslam.record import RunRecord
 from taskslam.user_files import complaint
 
 FOLDER, FILE = "measured", "arrivals.json"
 Number = Annotated[float, Field(allow_inf_nan=False)]
-_LARGEST = 1 << 26
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class ArrivalRow(_Part):
@@ -77,12 +77,10 @@ def dump_measured(content: MeasuredFile) -> bytes:
 def load_measured(record: RunRecord) -> MeasuredFile | None:
     """What was measured in a run; None for a run that was not. Raises RecordError if the file is damaged."""
     path: Path = record.directory / FOLDER / FILE
-    if record.manifest.source != "measured" or not path.exists():
+    if record.manifest.source != "measured" or not is_there(path):
         return None
+    data = read_bytes(path, "list of arrivals", RecordError, LARGEST_LOG)
     try:
-        with path.open("rb") as file:
-            return MeasuredFile.model_validate_json(file.read(_LARGEST))
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
+        return MeasuredFile.model_validate_json(data)
     except ValidationError as error:
         raise RecordError(f"{path}: {complaint(error, MeasuredFile)}") from None

@@ -19,6 +19,7 @@ from taskslam.geometry import SE2, FloatArray
 from taskslam.mode import Mode
 from taskslam.realworld.tags.tag_family import DEFAULT_FAMILY
 from taskslam.realworld.tags.tag_plane import tag_square
+from taskslam.task import MOST_ROUNDS
 from taskslam.user_files import read_model
 
 LOOKING_UP = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
@@ -33,7 +34,7 @@ TagId = Annotated[int, Field(ge=0)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Place(_Part):
@@ -60,7 +61,7 @@ class RunSource(_Part):
     arrivals: tuple[str, ...]
     method: str | None = None
     mode: Mode | None = None
-    rounds: Annotated[int, Field(ge=1, le=1000)] | None = None
+    rounds: Annotated[int, Field(ge=1, le=MOST_ROUNDS)] | None = None
     time_zero: Seconds | None = None
     priming: bool | None = None
 

@@ -9,7 +9,6 @@ value: two runs with the same inputs must write the same bytes (design D2).
 from __future__ import annotations
 
 import json
-import math
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -20,6 +19,10 @@ from pydantic_core import from_json
 from taskslam.errors import RecordError, did_you_mean
 from taskslam.geometry import SE2
 from taskslam.outcomes import Outcome
+from taskslam.reading import LARGEST_NUMBER
+from taskslam.task import MOST_GOALS, MOST_ROUNDS
+
+_MOST = 2**63 - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +168,7 @@ def decode_event(line: str | bytes) -> Event:
     for name, value in record.items():
         try:
             record[name] = decoders[name](value)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise RecordError(f"event {kind}: field '{name}': {error}") from None
     return cls(**record)
 
@@ -177,13 +180,25 @@ def _flag(value: object) -> bool:
 
 
 def _count(value: object) -> int:
-    if type(value) is int and value >= 0:
+    if type(value) is int and 0 <= value <= _MOST:
         return value
     if isinstance(value, bool):
         raise TypeError(f"expected an integer, found {value!r}")
     number = operator.index(value)  # type: ignore[arg-type]  # raises TypeError for floats and strings
-    if number < 0:
-        raise ValueError(f"expected an integer that is not negative, found {number}")
+    if not 0 <= number <= _MOST:
+        raise ValueError(f"expected an integer from 0 to {_MOST}, found {number if abs(number) < _MOST**2 else 'more'}")
+    return number
+
+
+def _round(value: object) -> int:
+    if (number := _count(value)) > MOST_ROUNDS:
+        raise ValueError(f"expected a round from 0 to {MOST_ROUNDS}, found {number}")
+    return number
+
+
+def _goal(value: object) -> int:
+    if (number := _count(value)) >= MOST_GOALS:
+        raise ValueError(f"expected a goal below {MOST_GOALS}, found {number}")
     return number
 
 
@@ -211,13 +226,13 @@ def _optional_pose(pose: SE2 | None) -> list[float] | None:
 def _read_pose(value: object) -> SE2:
     if type(value) is list and len(value) == 3:
         x, y, theta = value
-        # Nearly every pose of a journal is three finite floats, whose sum is then finite too: the rest is looked at.
-        if type(x) is type(y) is type(theta) is float and math.isfinite(x + y + theta):
+        # Nearly every pose of a journal is three small floats, whose sum is small too: the rest is looked at.
+        if type(x) is type(y) is type(theta) is float and abs(x) + abs(y) + abs(theta) <= LARGEST_NUMBER:
             return SE2(x, y, theta)
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError(f"expected [x, y, theta], found {value!r}")
     for number in value:
-        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        if isinstance(number, bool) or not isinstance(number, int | float) or not abs(number) <= LARGEST_NUMBER:
             raise ValueError(f"expected three finite numbers, found {value!r}")
     return SE2(*(float(number) for number in value))
 
@@ -227,9 +242,11 @@ def _read_optional_pose(value: object) -> SE2 | None:
 
 
 _POSES = ("truth", "estimate", "odometry")
-_COUNTS = ("t", "round", "goal", "frames", "dropped_frames")
+_COUNTS = ("t", "frames", "dropped_frames")
 _ENCODERS: dict[str, Callable[[Any], Any]] = {
     **dict.fromkeys(_COUNTS, _count),
+    "round": _round,
+    "goal": _goal,
     **dict.fromkeys(("priming", "complete"), _flag),
     **dict.fromkeys(("detail", "text"), _text),
     **dict.fromkeys(_POSES, _optional_pose),

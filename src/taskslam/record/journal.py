@@ -10,6 +10,7 @@ from types import TracebackType
 
 from taskslam.errors import RecordError
 from taskslam.files import writing
+from taskslam.reading import LARGEST_JOURNAL, MOST_LINES, read_bytes
 from taskslam.record.events import Event, decode_event, encode_event
 
 
@@ -89,12 +90,11 @@ def read_journal(path: Path) -> Journal:
 def read_lines(path: Path) -> tuple[list[JournalLine], bool]:
     """Every line of a journal, damaged or not, and whether a last one was cut off, which is left out.
 
-    Raises RecordError if there is no such file.
+    Raises RecordError if there is no such file, or if it is larger than any run's.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordError(f"{path}: the journal cannot be read: {error.strerror}") from None
+    data = read_bytes(path, "journal", RecordError, LARGEST_JOURNAL)
+    if data.count(b"\n") > MOST_LINES:
+        raise RecordError(f"{path}: more than {MOST_LINES} lines; expected an event a line")
     lines: list[JournalLine] = []
     for number, line, whole in _lines(data):
         try:

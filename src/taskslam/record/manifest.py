@@ -5,17 +5,20 @@ from __future__ import annotations
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from taskslam.geometry import SE2
 from taskslam.mode import Mode
-from taskslam.task import BUILTIN_PLANNER, GoalTolerance, Task
+from taskslam.task import BUILTIN_PLANNER, MOST_ARRIVALS, MOST_ROUNDS, GoalTolerance, Task
 from taskslam.user_files import complaint
 
 MANIFEST_FILE = "run.json"
 RUN_FORMAT: Literal["taskslam-run/1"] = "taskslam-run/1"
+
+
+Seconds = Annotated[float, Field(ge=0, le=1e12)]
 
 
 class _Part(BaseModel):
@@ -68,18 +71,18 @@ class Manifest(_Part):
     mode: Mode
     seed: int
     sealed: bool = False
-    salt: str | None = None
-    rounds: int = Field(ge=1)
+    salt: str | None = Field(default=None, max_length=64)
+    rounds: int = Field(ge=1, le=MOST_ROUNDS)
     latency: str
     goal_tolerance: GoalTolerance = GoalTolerance()
     versions: dict[str, str] = Field(default_factory=dict)
     machine: dict[str, Any] = Field(default_factory=dict)
     started_utc: str
-    wall_s: float = Field(ge=0)
-    simulated_s: float = Field(ge=0)
-    compute_s: float = Field(default=0.0, ge=0)
+    wall_s: Seconds
+    simulated_s: Seconds
+    compute_s: Seconds = 0.0
     method_peak_bytes: int | None = Field(default=None, ge=0)
-    method_cpu_s: float | None = Field(default=None, ge=0)
+    method_cpu_s: Seconds | None = None
     stop_failures: tuple[str, ...] = ()
     own_peak_bytes: int | None = Field(default=None, ge=0)
     complete: bool
@@ -96,6 +99,8 @@ class Manifest(_Part):
             raise ValueError("scenario.sequence: Field required")
         if not self.goals:
             raise ValueError("scenario.sequence holds no goal")
+        if self.rounds * len(self.goals) > MOST_ARRIVALS:
+            raise ValueError(f"{self.rounds} rounds of {len(self.goals)} goals are more than {MOST_ARRIVALS} arrivals")
         for goal in self.unjudged:
             if not 0 <= goal < len(self.goals):
                 raise ValueError(f"unjudged names goal {goal} of {len(self.goals)}")

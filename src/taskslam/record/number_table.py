@@ -18,6 +18,7 @@ from taskslam.compiled import njit
 from taskslam.errors import RecordError
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import LARGEST_TABLE, read_bytes
 from taskslam.record.decimal_numbers import POWERS_OF_FIVE, read_double, read_scaled_integer
 
 StampUnit: TypeAlias = Literal["seconds", "nanoseconds"]
@@ -62,8 +63,9 @@ def read_number_table(
 
     Raises RecordError: the file cannot be read, or a line is not as expected.
     """
-    data = _read_bytes(path)
-    room = int(np.count_nonzero(data == ord("\n"))) + 1
+    data: Bytes = np.frombuffer(read_bytes(path, "table of numbers", RecordError, LARGEST_TABLE), dtype=np.uint8)
+    last_line = int(np.count_nonzero(data == ord("\n"))) + 1
+    room = min(last_line, len(data) // (2 * columns) + 1)  # a row is a digit and a blank for each column at least
     numbers = columns - (stamp_unit is not None)
     table = NumberTable(np.zeros(room, np.int64), np.empty((room, numbers)), np.empty(room, np.int64))
     # Words that the compiled reader leaves to Python: their offset, by row and column; 0 where there is none.
@@ -76,22 +78,13 @@ def read_number_table(
         if bad_line:
             raise _BadLineError(bad_line)
     except _BadLineError as bad:
-        cut_off = cut_off_allowed and bad.line == room
+        cut_off = cut_off_allowed and bad.line == last_line
         if not cut_off:
             raise RecordError(
                 f"{path}, line {bad.line}: expected {expected}, found {_line(data, bad.line)!r}{bad.hint}"
             ) from None
         rows = int(np.searchsorted(table.lines[:rows], bad.line))
     return NumberTable(table.stamps[:rows], table.values[:rows], table.lines[:rows], cut_off)
-
-
-def _read_bytes(path: Path) -> Bytes:
-    try:
-        if path.exists() and not path.is_file():
-            raise RecordError(f"{path}: expected a file of numbers, found a folder or a device")
-        return np.fromfile(path, dtype=np.uint8)
-    except (OSError, ValueError) as error:
-        raise RecordError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
 def _read_odd_words(

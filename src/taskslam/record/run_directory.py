@@ -31,6 +31,7 @@ from pydantic import ValidationError
 from taskslam.errors import RecordError
 from taskslam.files import remove, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
+from taskslam.reading import LARGEST_MANIFEST, is_there, read_json
 from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
@@ -258,17 +259,11 @@ def load_run(directory: Path, damaged: bool = False) -> RunRecord:
     damaged: whether to take a journal with damaged lines, make the best of it, and compare files with their digests.
     """
     path = directory / MANIFEST
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        if (directory / JOURNAL).exists():
-            raise RecordError(f"{directory}: half-written: it has a journal but no {MANIFEST}") from None
-        raise RecordError(f"{directory}: not a run directory; expected a folder that holds {MANIFEST}") from None
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:
-        raise RecordError(f"{path}: expected a JSON object, but {error}") from None
-    manifest = validate_manifest(content, path)
+    if not is_there(path):
+        if is_there(directory / JOURNAL):
+            raise RecordError(f"{directory}: half-written: it has a journal but no {MANIFEST}")
+        raise RecordError(f"{directory}: not a run directory; expected a folder that holds {MANIFEST}")
+    manifest = validate_manifest(read_json(path, "run", RecordError, LARGEST_MANIFEST), path)
     if not damaged:
         journal = read_journal(directory / JOURNAL)
         return RunRecord(directory, manifest, journal.events, journal.truncated)

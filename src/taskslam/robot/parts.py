@@ -16,13 +16,14 @@ from taskslam.geometry import FloatArray, pose_from_xyz_rpy
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Rate = Annotated[float, Field(gt=0, le=100_000)]  # Hz
 Vector3 = tuple[float, float, float]
 
 
 class Part(BaseModel):
     """Anything that a robot is made of: frozen, and no key unknown."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def image_bytes(self) -> tuple[int, ...]:
         """Bytes of each image of one measurement, which then travel in shared memory; none for what takes no images."""
@@ -44,8 +45,8 @@ class Lidar2D(Part):
     """A planar LiDAR; ray i points along angle_min + i * (angle_max - angle_min) / (samples - 1)."""
 
     mount: Mount
-    rate: Positive
-    samples: Annotated[int, Field(ge=2)]
+    rate: Rate
+    samples: Annotated[int, Field(ge=2, le=100_000)]
     angle_min: float
     angle_max: float
     range_min: NonNegative
@@ -70,8 +71,8 @@ class Odometer(Part):
     rate: Hz of the published odometry; gyro_noise: standard deviation of one gyro sample at `gyro_rate`, rad/s.
     """
 
-    rate: Positive
-    gyro_rate: Positive
+    rate: Rate
+    gyro_rate: Rate
     gyro_noise: NonNegative
 
 
@@ -82,9 +83,9 @@ class Lidar3D(Part):
     """
 
     mount: Mount
-    rate: Positive
+    rate: Rate
     rings: Annotated[int, Field(ge=1, le=256)]
-    samples: Annotated[int, Field(ge=2)]
+    samples: Annotated[int, Field(ge=2, le=100_000)]
     elevation_min: float
     elevation_max: float
     range_min: NonNegative
@@ -102,7 +103,7 @@ class Camera(Part):
     """
 
     mount: Mount
-    rate: Positive
+    rate: Rate
     width: Annotated[int, Field(ge=16, le=8192)]
     height: Annotated[int, Field(ge=16, le=8192)]
     horizontal_fov: Annotated[float, Field(gt=0, lt=3.1)]
@@ -141,6 +142,6 @@ class Imu(Part):
     """A six-axis IMU (protocol 4.5). gyro_noise, accel_noise: standard deviation of one sample, rad/s and m/s^2."""
 
     mount: Mount
-    rate: Positive
+    rate: Rate
     gyro_noise: NonNegative
     accel_noise: NonNegative

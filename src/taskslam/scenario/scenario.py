@@ -6,7 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
-from taskslam.task import BUILTIN_PLANNER, Finite, Part, Positive, Sequence, Task, Waypoint
+from taskslam.task import BUILTIN_PLANNER, Part, Sequence, Task, Waypoint
+
+Height = Annotated[float, Field(ge=-1e4, le=1e4)]
+AboveFloor = Annotated[float, Field(gt=0, le=1e4)]
 
 
 class WorldSource(Part):
@@ -21,7 +24,7 @@ class WorldSource(Part):
     file: str | None = None
     source: str = ""
     resource_paths: tuple[str, ...] = ()
-    floor_height: Finite = 0.0
+    floor_height: Height = 0.0
     lidar_geometry: Literal["visual", "collision"] = "visual"
 
     @model_validator(mode="after")
@@ -36,9 +39,9 @@ class FloorPlanSource(Part):
 
     map: str | None = None
     free_205: bool = False
-    slice_low: Positive = 0.02
-    slice_high: Positive = 0.45
-    resolution: Positive = 0.05
+    slice_low: AboveFloor = 0.02
+    slice_high: AboveFloor = 0.45
+    resolution: Annotated[float, Field(ge=1e-6, le=100)] = 0.05
 
     @model_validator(mode="after")
     def _ordered(self) -> FloorPlanSource:

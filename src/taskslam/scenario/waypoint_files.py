@@ -6,6 +6,9 @@ import math
 from pathlib import Path
 
 from taskslam.errors import ScenarioError
+from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_text
+
+_MOST_DIGITS = 9
 
 
 def read_waypoints(path: Path) -> list[list[float]]:
@@ -22,10 +25,10 @@ def read_waypoints(path: Path) -> list[list[float]]:
         try:
             values = [float(word) for word in text.split()]
         except ValueError as error:
-            raise ScenarioError(f"{path}, line {number}: expected `index x y theta`, found '{text}'") from error
+            raise ScenarioError(f"{path}, line {number}: expected `index x y theta`, found '{text[:80]}'") from error
         if len(values) != 4 or not all(math.isfinite(v) for v in values):
             raise ScenarioError(
-                f"{path}, line {number}: expected four finite numbers `index x y theta`, found '{text}'"
+                f"{path}, line {number}: expected four finite numbers `index x y theta`, found '{text[:80]}'"
             )
         rows.append(values[1:])
     return rows
@@ -42,15 +45,11 @@ def read_path(path: Path) -> list[int]:
         text = line.partition("#")[0].strip()
         if not text:
             continue
-        if not text.isdecimal():
-            raise ScenarioError(f"{path}, line {number}: expected the number of a waypoint row, found '{text}'")
+        if not text.isdecimal() or len(text) > _MOST_DIGITS:
+            raise ScenarioError(f"{path}, line {number}: expected the number of a waypoint row, found '{text[:80]}'")
         order.append(int(text))
     return order
 
 
 def _lines(path: Path) -> list[str]:
-    try:
-        return path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise ScenarioError(f"{path}: cannot read the waypoint file: {reason}") from error
+    return read_text(path, "waypoint file", ScenarioError, LARGEST_WRITTEN_BY_HAND).splitlines()

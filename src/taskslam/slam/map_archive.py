@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import io
 import os
-import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from taskslam.errors import DiskFullError, RecordError
-
-Arrays = dict[str, npt.NDArray[Any]]
+from taskslam.reading import LARGEST_ARCHIVE, read_arrays
+from taskslam.reading import Arrays as Arrays
 
 
 def write_archive(path: Path, method: str, version: int, arrays: Arrays) -> None:
@@ -42,13 +39,7 @@ def read_archive(path: Path, method: str, version: int, names: set[str]) -> Arra
     Raises:
         RecordError: the file is absent, truncated, or of another kind or version; says which.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays: Arrays = {name: file[name] for name in file.files}
-    except OSError as error:
-        raise RecordError(f"{path}: cannot read the {method} map: {error.strerror or error}") from error
-    except (ValueError, zipfile.BadZipFile, EOFError, KeyError, TypeError, AttributeError) as error:
-        raise RecordError(f"{path}: not a {method} map or cut short: {error}") from error
+    arrays = read_arrays(path, f"{method} map", RecordError, LARGEST_ARCHIVE)
     missing = sorted((names | {"format", "version"}) - set(arrays))
     if missing or str(arrays["format"]) != _mark(method):
         raise RecordError(f"{path}: not a {method} map (missing: {', '.join(missing) or 'its mark'})")

@@ -29,6 +29,7 @@ from taskslam.datasets.bag_trajectories import is_bag
 from taskslam.datasets.trajectory_files import split_topic
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
+from taskslam.reading import is_file, is_folder
 from taskslam.studies.replayed_sequences import replayed_sequences
 from taskslam.task import Positive, TaskUnits
 from taskslam.user_files import read_model
@@ -91,7 +92,7 @@ def load_study(source: str, runs: Sequence[str] = (), times: str | None = None) 
     if path.suffix.lower() in (".yaml", ".yml") and not runs:
         return _from_yaml(path)
     if not runs:
-        if not path.is_dir() or is_bag(path):
+        if not is_folder(path) or is_bag(path):
             raise TrajectoryError(
                 f"{source}: one argument alone is a study; expected a folder of sequences, or a YAML file "
                 "(a ground truth is followed by its runs)"
@@ -146,16 +147,16 @@ def _from_replays(folder: Path, times: str | None) -> Study | None:
 def _from_folder(folder: Path, times: str | None) -> Study:
     """Every folder with a ground truth in it, at or below this one."""
     sequences = {}
-    for place in (folder, *sorted(path for path in folder.iterdir() if path.is_dir())):
+    for place in (folder, *sorted(path for path in folder.iterdir() if is_folder(path))):
         truths = [path for path in sorted(place.iterdir()) if _GROUND_TRUTH.fullmatch(path.stem) and _readable(path)]
         if not truths:
             continue
         files = [str(path) for path in sorted(place.iterdir()) if path not in truths and _readable(path)]
-        files += [str(path) for path in sorted(place.iterdir()) if path.is_dir() and not is_bag(path)]
+        files += [str(path) for path in sorted(place.iterdir()) if is_folder(path) and not is_bag(path)]
         if files:
             runs = _by_method(files, str(truths[0]))
             own = place / "times.txt"
-            clock = str(own) if own.is_file() else times
+            clock = str(own) if is_file(own) else times
             sequences[place.resolve().name] = SequenceRuns(groundtruth=str(truths[0]), runs=runs, times=clock)
     if not sequences:
         raise TrajectoryError(
@@ -169,7 +170,7 @@ def _by_method(runs: Sequence[str], groundtruth: str) -> dict[str, tuple[str, ..
     found: dict[str, list[str]] = {}
     for run in runs:
         path, topic = split_topic(run)
-        if path.is_dir() and not is_bag(path):
+        if is_folder(path) and not is_bag(path):
             inside = [str(file) for file in path.glob("round*/estimate.tum")]
             inside = inside or [str(file) for file in path.iterdir() if _readable(file)]
             found.setdefault(path.resolve().name, []).extend(sorted(inside, key=_natural))
@@ -184,7 +185,7 @@ def _by_method(runs: Sequence[str], groundtruth: str) -> dict[str, tuple[str, ..
 
 def _readable(path: Path) -> bool:
     named = path.suffix.lower() in _SUFFIXES and path.name != "times.txt" and not path.name.startswith(".")
-    return (named and path.is_file()) or (path.is_dir() and is_bag(path))
+    return (named and is_file(path)) or (is_folder(path) and is_bag(path))
 
 
 def _natural(name: str) -> list[tuple[int, int, str]]:

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict
 
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.files import write_whole
+from taskslam.printable import printable
 from taskslam.studies.study import StudyUnits
 
 FEW_FRAMES = 0.1  # of all frames that any run of the method has
@@ -184,7 +185,7 @@ def write_results(folder: Path, results: OpenLoopResults) -> list[Path]:
         "runs.csv": _table([_run_row(result, run) for result in results.results for run in result.runs]),
     }
     for name, text in contents.items():
-        write_whole(folder / name, text)
+        write_whole(folder / name, printable(text))
     return [folder / name for name in contents]
 
 

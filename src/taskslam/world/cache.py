@@ -12,8 +12,6 @@ import hashlib
 import json
 import os
 import tempfile
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -22,12 +20,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from taskslam.errors import WorldError
+from taskslam.reading import LARGEST_CACHED_WORLD, LARGEST_WORLD_FILE, Arrays, read_arrays, read_bytes
 from taskslam.world import gazebo
 from taskslam.world.gazebo.resources import FileStamp, Resources, list_scripts
 from taskslam.world.world import Light, Material, TriangleMesh, World
 
 _FORMAT = 1
-_DAMAGE = (OSError, ValueError, KeyError, TypeError, IndexError, EOFError, zipfile.BadZipFile, zlib.error)
+_DAMAGE = (WorldError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
 
 
 def cache_file(cache_dir: Path, world_file: Path, roots: Sequence[Path]) -> Path:
@@ -47,9 +47,9 @@ def _code_digest() -> str:
 def load_cached(file: Path) -> World | None:
     """The cached world, or None if there is none, it is damaged, or anything that it was made from has changed."""
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            header = json.loads(archive["header"].tobytes())
-            return _unpack(header["world"], archive) if _still_true(header["sources"]) else None
+        arrays = read_arrays(file, "cached world", WorldError, LARGEST_CACHED_WORLD)
+        header = json.loads(arrays["header"].tobytes())
+        return _unpack(header["world"], arrays) if _still_true(header["sources"]) else None
     except _DAMAGE:
         return None
 
@@ -90,7 +90,8 @@ def _unchanged(stamp: FileStamp) -> bool:
         return False
     if status.st_mtime_ns == stamp.modified_ns:
         return True
-    return hashlib.sha256(Path(stamp.path).read_bytes()).hexdigest() == stamp.digest
+    data = read_bytes(Path(stamp.path), "file of a world", WorldError, LARGEST_WORLD_FILE)
+    return hashlib.sha256(data).hexdigest() == stamp.digest
 
 
 def _pack(world: World) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
@@ -123,7 +124,7 @@ def _pack(world: World) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Any]]:
     return arrays, description
 
 
-def _unpack(description: dict[str, Any], archive: Any) -> World:
+def _unpack(description: dict[str, Any], archive: Arrays) -> World:
     meshes = {
         kind: TriangleMesh(**{column.name: archive[f"{kind}_{column.name}"] for column in fields(TriangleMesh)})
         for kind in ("visual", "collision")

@@ -10,6 +10,7 @@ from pathlib import Path
 from taskslam.errors import WorldError, did_you_mean
 from taskslam.files import cache_folder
 from taskslam.plugins import registered
+from taskslam.reading import is_file, is_folder, is_there
 from taskslam.world.cache import cache_file, load_cached, save_cached
 from taskslam.world.gazebo.resources import Resources, search_roots
 from taskslam.world.world import World
@@ -39,12 +40,12 @@ def load_world(
     merely missing from it is told in `World.warnings`.
     """
     path = Path(reference).expanduser()
-    if path.suffix.lower() not in WORLD_SUFFIXES and not path.is_file():
+    if path.suffix.lower() not in WORLD_SUFFIXES and not is_file(path):
         return _registered(str(reference))
-    if not path.is_file():
+    if not is_file(path):
         raise WorldError(f"World file {path} does not exist; expected a Gazebo world (.world or .sdf).")
     path = _canonical(path)
-    missing = [str(folder) for folder in resource_paths if not Path(folder).expanduser().is_dir()]
+    missing = [str(folder) for folder in resource_paths if not is_folder(Path(folder).expanduser())]
     if missing:
         raise WorldError(f"Resource path {missing[0]} is not a folder.")
     roots = search_roots(path, resource_paths)
@@ -62,7 +63,7 @@ def load_world(
 def _canonical(path: Path) -> Path:
     """Absolute path without `..`; symbolic links stay, because the models may lie beside the link."""
     plain = Path(os.path.normpath(path.absolute()))
-    return plain if plain.exists() and plain.samefile(path) else path.resolve()
+    return plain if is_there(plain) and plain.samefile(path) else path.resolve()
 
 
 def _import(path: Path, resources: Resources) -> World:

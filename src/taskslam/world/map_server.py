@@ -7,7 +7,7 @@ v / 255 with `negate`; trinary: occupied above `occupied_thresh`, free below `fr
 from __future__ import annotations
 
 import io
-import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +20,7 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from taskslam.errors import FloorPlanError
 from taskslam.files import write_whole
 from taskslam.geometry import SE2, FloatArray
+from taskslam.reading import LARGEST_PICTURE, MOST_CELLS, opened_picture, read_bytes
 from taskslam.user_files import read_model
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 from taskslam.world.pgm import read_pgm, write_pgm
@@ -35,14 +36,15 @@ def _no_flag(value: object) -> object:
 
 Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_no_flag)]
 Probability = Annotated[Number, Field(ge=0, le=1)]
+Coordinate = Annotated[Number, Field(ge=-1e7, le=1e7)]  # m, as far as a national grid reaches
 
 
 class _MapFile(BaseModel):
     """The keys of map_server that are read; YAML 1.1 leaves numbers such as 5e-2 as text, so text may be a number."""
 
     image: str = Field(min_length=1)
-    resolution: Annotated[Number, Field(gt=0)]
-    origin: tuple[Number, Number, Number]
+    resolution: Annotated[Number, Field(ge=1e-6, le=100)]
+    origin: tuple[Coordinate, Coordinate, Number]
     negate: bool = False
     occupied_thresh: Probability = 0.65
     free_thresh: Probability = 0.196
@@ -69,10 +71,12 @@ def load_floor_plan(yaml_path: Path, free_205: bool = False) -> FloorPlan:
     """
     yaml_path = Path(yaml_path)
     settings = read_model(yaml_path, _MapFile, "floor plan", FloorPlanError)
-    grey, opaque = _read_image(yaml_path, settings.image, average_alpha=settings.mode == "trinary")
-    cells = _classify(grey, opaque, settings)
+    image = _read_image(yaml_path, settings.image, average_alpha=settings.mode == "trinary")
+    cells = _classify(image.grey, settings)[image.levels]
+    if settings.mode == "scale" and image.opaque is not None:
+        cells[~image.opaque] = UNKNOWN
     if free_205:
-        cells[(cells == UNKNOWN) & (grey == 205)] = FREE
+        cells[(cells == UNKNOWN) & (image.grey == 205)[image.levels]] = FREE
     return FloorPlan(np.ascontiguousarray(cells[::-1]), settings.resolution, SE2(*settings.origin))
 
 
@@ -107,40 +111,41 @@ def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png
     write_whole(yaml_path, yaml.safe_dump(settings, sort_keys=False))
 
 
-def _read_image(yaml_path: Path, name: str, average_alpha: bool) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """(H, W) grey in 0..255 and (H, W) whether a pixel is opaque, row 0 at the top."""
+@dataclass(frozen=True)
+class _Image:
+    """levels: (H, W) unsigned, row 0 at the top, what is stored; grey: 0..255 of each level; opaque: (H, W) or all."""
+
+    levels: npt.NDArray[np.unsignedinteger]
+    grey: FloatArray
+    opaque: npt.NDArray[np.bool_] | None = None
+
+
+def _read_image(yaml_path: Path, name: str, average_alpha: bool) -> _Image:
     path = yaml_path.parent / name
-    try:
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FloorPlanError(f"{yaml_path}: cannot read its image {path}: {reason}") from error
-    if not data.startswith(b"\x89PNG"):
-        grey = read_pgm(data, str(path))
-        return grey, np.ones(grey.shape, np.bool_)
-    return _grey_of_png(data, path, average_alpha)
+    data = read_bytes(path, f"image of {yaml_path}", FloorPlanError, LARGEST_PICTURE)
+    if data.startswith(b"\x89PNG"):
+        return _read_png(data, path, average_alpha)
+    levels, maximum = read_pgm(data, str(path))
+    return _Image(levels, np.arange(maximum + 1, dtype=np.float64) * (255.0 / maximum))
 
 
-def _grey_of_png(data: bytes, path: Path, average_alpha: bool) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(io.BytesIO(data), formats=["PNG"]) as image:
-                has_alpha = "A" in image.getbands() or "transparency" in image.info
-                deep = image.mode.startswith("I")
-                pixels = np.asarray(image if deep else image.convert("RGBA" if has_alpha else "RGB"), dtype=np.float64)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise FloorPlanError(f"{path}: not a readable png: {error}") from error
-    if deep:
-        return pixels / 257.0, np.ones(pixels.shape, np.bool_)
-    if not has_alpha:
-        return pixels.mean(axis=2), np.ones(pixels.shape[:2], np.bool_)
+def _read_png(data: bytes, path: Path, average_alpha: bool) -> _Image:
+    with opened_picture(data, str(path), FloorPlanError, ("PNG",), MOST_CELLS) as image:
+        if image.mode.startswith("I"):
+            deep = np.asarray(image).clip(0, 65535).astype(np.uint16)
+            return _Image(deep, np.arange(65536, dtype=np.float64) / 257.0)
+        has_alpha = "A" in image.getbands() or "transparency" in image.info
+        pixels = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
     # map_server averages alpha in with the colours in trinary mode, and reads it as "known" in the others
-    grey = pixels.mean(axis=2) if average_alpha else pixels[:, :, :3].mean(axis=2)
-    return grey, pixels[:, :, 3] == 255
+    bands = 4 if has_alpha and average_alpha else 3
+    levels = pixels[:, :, :bands].sum(axis=2, dtype=np.uint16)
+    return _Image(
+        levels, np.arange(255 * bands + 1, dtype=np.float64) / bands, pixels[:, :, 3] == 255 if has_alpha else None
+    )
 
 
-def _classify(grey: FloatArray, opaque: npt.NDArray[np.bool_], settings: _MapFile) -> npt.NDArray[np.uint8]:
+def _classify(grey: FloatArray, settings: _MapFile) -> npt.NDArray[np.uint8]:
+    """What each grey stands for."""
     occupied, free = settings.occupied_thresh, settings.free_thresh
     if settings.mode == "raw":
         percent = np.round(grey)
@@ -148,4 +153,4 @@ def _classify(grey: FloatArray, opaque: npt.NDArray[np.bool_], settings: _MapFil
     p = grey / 255.0 if settings.negate else (255.0 - grey) / 255.0
     if settings.mode == "trinary":
         return np.select([p > occupied, p < free], [OCCUPIED, FREE], UNKNOWN).astype(np.uint8)
-    return np.select([~opaque, p > occupied], [UNKNOWN, OCCUPIED], FREE).astype(np.uint8)
+    return np.select([p > occupied], [OCCUPIED], FREE).astype(np.uint8)

@@ -8,15 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.errors import FloorPlanError
+from taskslam.reading import MOST_CELLS
 
+_NO_PIXEL = re.compile(rb"[^\s\d]\S{0,15}|\d{7,}")
+_LONGEST_GAP = 1 << 16  # bytes of blanks and comments before a number of the header
 _TOKEN = re.compile(rb"(?:\s|#[^\n]*\n)*([^\s#]+)")
 
 
-def read_pgm(data: bytes, where: str) -> npt.NDArray[np.float64]:
-    """(H, W) float64 grey in 0..255, row 0 at the top; `where` names the file in messages.
+def read_pgm(data: bytes, where: str) -> tuple[npt.NDArray[np.uint16], int]:
+    """(H, W) grey, row 0 at the top, and the grey that is white; `where` names the file in messages.
 
     Raises:
-        FloorPlanError: another format, a broken header, too few pixels, or a pixel above the stated maximum.
+        FloorPlanError: another format, a broken header, too large, too few pixels, or one above the stated maximum.
     """
     magic, at = _token(data, 0, where, "magic number")
     if magic not in (b"P2", b"P5"):
@@ -26,13 +29,15 @@ def read_pgm(data: bytes, where: str) -> npt.NDArray[np.float64]:
     maximum, at = _number(data, at, where, "maximum grey value")
     if width == 0 or height == 0 or not 1 <= maximum <= 65535:
         raise FloorPlanError(f"{where}: broken header: {width} x {height} pixels with maximum {maximum}")
-    pixels = _plain(data[at:], where) if magic == b"P2" else _binary(data[at + 1 :], maximum)
+    if width * height > MOST_CELLS:
+        raise FloorPlanError(f"{where}: {width} x {height} pixels; expected at most {MOST_CELLS}")
+    pixels = _plain(data[at:], where, width * height) if magic == b"P2" else _binary(data[at + 1 :], maximum)
     if len(pixels) < width * height:
         raise FloorPlanError(f"{where}: truncated: {width} x {height} pixels promised, {len(pixels)} found")
-    image = pixels[: width * height].reshape(height, width).astype(np.float64)
+    image = pixels[: width * height].reshape(height, width)
     if image.max() > maximum:
-        raise FloorPlanError(f"{where}: a pixel is {image.max():.0f}, above the stated maximum {maximum}")
-    return image if maximum == 255 else image * (255.0 / maximum)
+        raise FloorPlanError(f"{where}: a pixel is {image.max()}, above the stated maximum {maximum}")
+    return image.astype(np.uint16), maximum
 
 
 def write_pgm(image: npt.NDArray[np.uint8]) -> bytes:
@@ -42,7 +47,7 @@ def write_pgm(image: npt.NDArray[np.uint8]) -> bytes:
 
 
 def _token(data: bytes, at: int, where: str, what: str) -> tuple[bytes, int]:
-    found = _TOKEN.match(data, at)
+    found = _TOKEN.match(data, at, at + _LONGEST_GAP)
     if found is None:
         raise FloorPlanError(f"{where}: truncated: the header ends before its {what}")
     return found[1], found.end()
@@ -55,16 +60,11 @@ def _number(data: bytes, at: int, where: str, what: str) -> tuple[int, int]:
     return int(token), at
 
 
-def _plain(data: bytes, where: str) -> npt.NDArray[np.int64]:
-    tokens = re.sub(rb"#[^\n]*", b"", data).split()
-    try:
-        return np.array([int(token) for token in tokens if token.isdigit() or _refuse(token)], np.int64)
-    except ValueError as error:
-        raise FloorPlanError(f"{where}: {error}") from error
-
-
-def _refuse(token: bytes) -> bool:
-    raise ValueError(f"a pixel is {token[:16]!r}, expected a whole number")
+def _plain(data: bytes, where: str, count: int) -> npt.NDArray[np.int64]:
+    text = re.sub(rb"#[^\n]*", b"", data)
+    if wrong := _NO_PIXEL.search(text):
+        raise FloorPlanError(f"{where}: a pixel is {wrong[0][:16]!r}, expected a whole number")
+    return np.fromstring(text, np.int64, count, sep=" ") if text.strip() else np.zeros(0, np.int64)
 
 
 def _binary(data: bytes, maximum: int) -> npt.NDArray[np.generic]:

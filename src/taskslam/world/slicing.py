@@ -15,11 +15,12 @@ from scipy import ndimage
 from taskslam.compiled import njit
 from taskslam.errors import FloorPlanError
 from taskslam.geometry import SE2, FloatArray
+from taskslam.reading import MOST_CELLS
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 from taskslam.world.world import TriangleMesh, World
 
-_MOST_CELLS = 100_000_000
 _MARGIN = 2  # cells around the outermost obstacle
+_FARTHEST = 1e15  # cells from the origin, which doubles count exactly
 _MOST_CORNERS = 5  # a triangle cut by two parallel planes
 _FLAT = 1e-6  # m; a projection thinner than float32 resolution at 10 m is a segment
 
@@ -50,14 +51,16 @@ def slice_floor_plan(
     points, offsets = slab_polygons(mesh, low, high)
     if len(points) == 0:
         raise FloorPlanError(f"world {world.name}: no {geometry} geometry between {low} m and {high} m above the floor")
-    first = np.floor(points.min(axis=0) / resolution).astype(np.int64) - _MARGIN
-    last = np.floor(points.max(axis=0) / resolution).astype(np.int64) + _MARGIN
-    columns, rows = (last - first + 1).tolist()
-    if rows * columns > _MOST_CELLS:
+    lowest, highest = np.floor(points.min(axis=0) / resolution), np.floor(points.max(axis=0) / resolution)
+    # As doubles, because the corners of a world of any size in cells of any size need not fit into integers.
+    columns, rows = (highest - lowest + 2 * _MARGIN + 1).tolist()
+    if not (rows * columns <= MOST_CELLS and np.abs([lowest, highest]).max() < _FARTHEST):
         raise FloorPlanError(
-            f"world {world.name}: a floor plan of {columns} x {rows} cells of {resolution} m is too large;"
+            f"world {world.name}: a floor plan of {columns:g} x {rows:g} cells of {resolution} m is too large;"
             f" choose a coarser resolution or a slab above the ground"
         )
+    first = lowest.astype(np.int64) - _MARGIN
+    rows, columns = int(rows), int(columns)
     occupied = np.zeros((rows, columns), np.bool_)
     _rasterize(points / resolution - first, offsets, occupied)
     origin = SE2(float(first[0] * resolution), float(first[1] * resolution), 0.0)

@@ -106,7 +106,7 @@ def test_a_beginning_after_the_still_start_has_no_known_origin(host, drive):
 
 def test_a_missing_vocabulary_is_one_sentence(rig, tmp_path):
     host = MethodHost("orb_slam3", {"vocabulary": "/nowhere/ORBvoc.txt"}, rig, tmp_path / "method.log")
-    with pytest.raises(InputError, match=r"vocabulary /nowhere/ORBvoc\.txt: cannot be read: No such file"):
+    with pytest.raises(InputError, match=r"/nowhere/ORBvoc\.txt: cannot read the vocabulary: No such file"):
         host.start()
 
 

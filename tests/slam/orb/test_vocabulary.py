@@ -63,7 +63,7 @@ def test_the_shipped_vocabulary_is_a_tree_of_words_that_tell_places_apart():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (None, "cannot be read: No such file"),
+        (None, "cannot read the vocabulary: No such file"),
         (b"", "expected the text format of ORBvoc.txt"),
         (b"\x93NUMPY\x01\x00v\x00", "expected the text format"),
         (b"10 6 0 0\n0 0 1 2 3\n", "expected the text format"),

@@ -1,7 +1,10 @@
+import os
+import time
+
 import pytest
 
 from taskslam.errors import WorldError
-from taskslam.world.gazebo import models
+from taskslam.world.gazebo import models, resources, surfaces
 from taskslam.world.loading import load_world
 
 
@@ -115,11 +118,11 @@ def test_world_including_itself_is_refused(site):
 
 
 def test_includes_that_multiply_without_end_are_refused(site, link, monkeypatch):
-    monkeypatch.setattr(models, "_MOST_MODELS", 500)
+    monkeypatch.setattr(models, "_MOST_PARTS", 500)
     site.model("m0", link())
     for level in range(1, 25):
         site.model(f"m{level}", include(f"model://m{level - 1}", "<name>a</name>") * 3)
-    with pytest.raises(WorldError, match=r"comes to more than 500 models"):
+    with pytest.raises(WorldError, match=r"comes to more than 500 models and parts"):
         site.load(include("model://m24"))
 
 
@@ -210,3 +213,39 @@ def test_actors_and_roads_are_left_out_with_a_warning(site, link):
     odd = include("model://walker") + "<actor name='runner'/><road name='r'/>"
     world = site.load(f"<model name='m'>{link()}</model>" + odd)
     assert world.warnings == ("Not supported and left out: 2 kinds of element (3 uses): <actor>, <road>.",)
+
+
+@pytest.mark.parametrize("merge", ["", " merge='true'"])
+def test_eight_includes_in_each_of_eleven_files_are_refused_in_seconds(site, link, merge):
+    site.model("m0", link())
+    for level in range(1, 12):
+        body = "".join(f"<include{merge}><uri>model://m{level - 1}</uri><name>a{n}</name></include>" for n in range(8))
+        site.model(f"m{level}", body)
+    begin = time.perf_counter()
+    with pytest.raises(WorldError, match="comes to more than 40000 models and parts"):
+        site.load(include("model://m11"))
+    assert time.perf_counter() - begin < 30
+
+
+def test_a_mesh_or_a_texture_that_is_a_pipe_is_refused_at_once(site):
+    folder = site.file("models/thing/meshes/a.txt", "").parent
+    os.mkfifo(folder / "a.stl")
+    shape = "<geometry><mesh><uri>model://thing/meshes/a.stl</uri></mesh></geometry>"
+    with pytest.raises(WorldError, match=r"a\.stl: cannot read the file of a world: found a pipe or a device"):
+        site.load(f"<model name='m'><link name='l'><visual name='v'>{shape}</visual></link></model>")
+
+
+def test_a_whole_disk_is_not_searched_for_materials(site, monkeypatch):
+    monkeypatch.setattr(resources, "MOST_ENTRIES", 20)
+    for number in range(30):
+        site.file(f"worlds/many/{number}.txt", "")
+    look = "<material><script><uri>file://many</uri><name>Wood</name></script></material>"
+    shape = "<geometry><box><size>1 1 1</size></box></geometry>"
+    with pytest.raises(WorldError, match="holds more than 20 files; expected a folder of material scripts"):
+        site.load(f"<model name='m'><link name='l'><visual name='v'>{look}{shape}</visual></link></model>")
+
+
+def test_a_world_of_more_triangles_than_memory_is_refused(site, link, monkeypatch):
+    monkeypatch.setattr(surfaces, "MOST_TRIANGLES", 100)
+    with pytest.raises(WorldError, match="more than 100 triangles"):
+        site.load("".join(f"<model name='m{n}'>{link()}</model>" for n in range(20)))

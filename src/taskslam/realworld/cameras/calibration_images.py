@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from taskslam.errors import CameraError, DetectorError, InputError
 from taskslam.geometry import FloatArray
+from taskslam.reading import is_folder
 from taskslam.realworld.cameras.boards import AprilGrid, BoardFinder, CharucoBoard, Found
 from taskslam.realworld.cameras.calibration import Calibration, View, calibrate
 from taskslam.realworld.cameras.camera_model import DistortionModel
@@ -50,8 +51,8 @@ def collect_views(sources: Sequence[Path], board: CharucoBoard | AprilGrid) -> C
     refused: list[tuple[str, str]] = []
     with BoardFinder(board) as finder:
         for source in sources:
-            if source.is_dir() or source.suffix.lower() in SUFFIXES:
-                files = list_images(source) if source.is_dir() else [source]
+            if is_folder(source) or source.suffix.lower() in SUFFIXES:
+                files = list_images(source) if is_folder(source) else [source]
                 for file in files:
                     _look_at(file, finder, views, refused)
             else:

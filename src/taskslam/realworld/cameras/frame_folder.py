@@ -11,6 +11,7 @@ from pathlib import Path
 from taskslam.errors import InputError
 from taskslam.files import write_whole, writing
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import LARGEST_LOG, is_there, read_bytes
 from taskslam.realworld.cameras.host_clock import ClockState
 
 TABLE = "frames.csv"
@@ -38,7 +39,7 @@ class FrameFolder:
         Raises:
             DiskFullError: there is no space for it; what was kept before stays whole.
         """
-        while (picture := self.path / f"{stamp // NANOSECONDS}.{stamp % NANOSECONDS:09d}.jpg").exists():
+        while is_there(picture := self.path / f"{stamp // NANOSECONDS}.{stamp % NANOSECONDS:09d}.jpg"):
             stamp += 1
         offset = "" if clock.offset is None else f"{clock.offset:.6f}"
         told_by = clock.told_by.replace(",", ";").replace("\n", " ")
@@ -53,14 +54,14 @@ class FrameFolder:
 
     def _repair(self) -> int:
         """Make the table, or cut off a row that a crash left half written; how many rows it has."""
-        if not self._table.exists():
+        if not is_there(self._table):
             write_whole(self._table, _HEADER)
             return 0
-        with writing(self._table), self._table.open("rb+") as file:
-            content = file.read()
-            if not content.startswith(_HEADER.encode()):
-                raise InputError(f"{self._table}: not the table of a recording; name another folder")
-            whole = content.rfind(b"\n") + 1
-            if whole < len(content):
-                file.truncate(whole)
+        content = read_bytes(self._table, "table of a recording", InputError, LARGEST_LOG)
+        if not content.startswith(_HEADER.encode()):
+            raise InputError(f"{self._table}: not the table of a recording; name another folder")
+        whole = content.rfind(b"\n") + 1
+        if whole < len(content):
+            with writing(self._table):
+                os.truncate(self._table, whole)
         return content.count(b"\n", 0, whole) - 1

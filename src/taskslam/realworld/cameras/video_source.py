@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from taskslam.errors import InputError
 from taskslam.measurements import NANOSECONDS
+from taskslam.reading import is_file
 from taskslam.realworld.extra import load_opencv
 
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.5, 15.0
@@ -46,7 +47,7 @@ class VideoSource:
         self._name, self._size = name, size
         self.shown_name = re.sub(r"//[^/@]*@", "//", name)  # without a password
         self.is_file = not name.isdecimal() and "://" not in name
-        if self.is_file and not Path(name).is_file():
+        if self.is_file and not is_file(Path(name)):
             raise InputError(f"{name}: no such file; expected an index such as 0, a URL or a video file")
         self._start = start
         self._changed = threading.Condition()

@@ -15,6 +15,7 @@ from PIL import Image
 
 from taskslam.files import write_whole, writing
 from taskslam.geometry import FloatArray
+from taskslam.printable import printable
 from taskslam.realworld.cameras.calibration import Calibration, FittedView
 from taskslam.realworld.cameras.calibration_guidance import guidance
 from taskslam.realworld.cameras.images import GreyImage
@@ -56,7 +57,7 @@ def write_calibration_page(
     )
     with writing(out):
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
-    write_whole(out, text)
+    write_whole(out, printable(text))
 
 
 def _covered(calibration: Calibration) -> Markup:

@@ -16,6 +16,7 @@ from taskslam.evaluation.quantities.published import COMPLETENESS
 from taskslam.evaluation.quantities.success import SUCCESS
 from taskslam.files import write_whole, writing
 from taskslam.mode import Mode
+from taskslam.printable import printable
 from taskslam.report import cards, palette, words
 from taskslam.report.markers import marker_shapes
 from taskslam.report.page.comparison_view import comparison_views
@@ -87,7 +88,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     )
     with writing(out):
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
-    write_whole(out, text)
+    write_whole(out, printable(text))
     return out
 
 

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from taskslam.evaluation import WaypointMetrics
 from taskslam.geometry import SE2, wrap_angle
 from taskslam.mode import Mode
+from taskslam.printable import one_line
 from taskslam.report.goal_frame import seen_from_goal
 from taskslam.report.page.views import RunView, ScenarioView
 from taskslam.report.palette import on_page
@@ -34,7 +35,7 @@ def page_data(scenarios: Sequence[ScenarioView]) -> Markup:
 def _scenario(scenario: ScenarioView) -> dict[str, Any]:
     manifest = scenario.runs[0].manifest
     return {
-        "title": scenario.title,
+        "title": one_line(scenario.title),
         "diameter": manifest.robot_diameter,
         "field": manifest.field_of_view,
         "tolerance": manifest.goal_tolerance.position_m,
@@ -43,8 +44,8 @@ def _scenario(scenario: ScenarioView) -> dict[str, Any]:
 
 def _run(run: RunView, scenario: str) -> dict[str, Any]:
     return {
-        "name": run.name,
-        "label": run.label,
+        "name": one_line(run.name),
+        "label": one_line(run.label),
         "method": run.style.key,
         "mode": run.metrics.mode,
         "colour": on_page(run.style.colour),

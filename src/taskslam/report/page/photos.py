@@ -10,8 +10,10 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from taskslam.errors import RecordError
 from taskslam.evaluation import RunMetrics, WaypointMetrics
 from taskslam.geometry import SE2
+from taskslam.reading import LARGEST_KEPT_PICTURE, read_bytes
 from taskslam.realworld.measured_file import FOLDER, ArrivalRow, MeasuredFile, load_measured
 from taskslam.record import RunRecord
 from taskslam.report import palette
@@ -20,7 +22,6 @@ from taskslam.report.svg import Svg
 
 _SIDE = 168.0
 _REACH = 1.4  # robot diameters shown on each side at least
-_LARGEST = 1 << 20  # bytes of a kept picture
 
 
 @dataclass(frozen=True)
@@ -122,10 +123,9 @@ def _data_uri(folder: Path, name: str | None) -> str:
     if name is None or Path(name).name != name:
         return ""
     try:
-        with (folder / name).open("rb") as file:
-            content = file.read(_LARGEST + 1)
-    except OSError:
+        content = read_bytes(folder / name, "picture", RecordError, LARGEST_KEPT_PICTURE)
+    except RecordError:
         return ""
-    if len(content) > _LARGEST or (content[:2], content[-2:]) != (b"\xff\xd8", b"\xff\xd9"):  # a JPEG's two ends
+    if (content[:2], content[-2:]) != (b"\xff\xd8", b"\xff\xd9"):  # a JPEG's two ends
         return ""
     return "data:image/jpeg;base64," + base64.b64encode(content).decode("ascii")

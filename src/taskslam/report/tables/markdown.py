@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from taskslam.evaluation.quantities import quantities
+from taskslam.printable import in_markdown, one_line
 from taskslam.report import cards, words
 from taskslam.report.results import MethodResult, Results
 from taskslam.report.tables.columns import COMPLETE, FAILURES, MILLISECONDS, REAL_TIME, Column, quantity_columns
@@ -17,21 +18,20 @@ def methods_markdown(results: Results) -> str:
         part = results.in_scenario(name)
         title = part.runs[0].manifest.title
         columns = [COMPLETE, *quantity_columns(), FAILURES, MILLISECONDS, REAL_TIME]
-        head = ["method", "sees with", "mode", *(column.heading for column in columns)]
+        head = ["method", "sees with", "mode", *(in_markdown(column.heading) for column in columns)]
         rows = [_cells(result, columns) for method in part.methods for result in method.results]
         lines = [_line(head), _line(["---"] * len(head)), *map(_line, rows)]
-        tables.append("\n".join([f"**{_escaped(title)}**", "", *lines]))
+        tables.append("\n".join([f"**{in_markdown(title)}**", "", *lines]))
     return "\n\n".join([*tables, _explanation(results)]) + "\n"
 
 
 def _cells(result: MethodResult, columns: Sequence[Column]) -> list[str]:
     return [
-        f"`{result.label.replace('`', ' ')}`" + (" (reference)" if result.is_reference else ""),
-        cards.sensor_name(result.sensor),
+        _code(result.label) + (" (reference)" if result.is_reference else ""),
+        in_markdown(cards.sensor_name(result.sensor)),
         words.mode(result.mode),
-        *(f"{column.text(result)} [{between}]" if (between := column.interval(result)) else column.text(result)
-          for column in columns),
-    ]  # fmt: skip
+        *(_with_interval(in_markdown(column.text(result)), column.interval(result)) for column in columns),
+    ]
 
 
 def _explanation(results: Results) -> str:
@@ -41,8 +41,12 @@ def _explanation(results: Results) -> str:
 
 
 def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(_escaped(cell) for cell in cells)} |"
+    return f"| {' | '.join(cells)} |"
 
 
-def _escaped(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
+def _with_interval(text: str, between: str) -> str:
+    return f"{text} [{between}]" if between else text
+
+
+def _code(text: str) -> str:
+    return f"`{one_line(text.replace('`', ' '))}`".replace("|", "\\|")

@@ -13,6 +13,7 @@ from pathlib import Path
 from taskslam.errors import RecordError
 from taskslam.evaluation.quantities import quantities
 from taskslam.files import write_whole, writing
+from taskslam.printable import printable
 from taskslam.report.results import Results
 from taskslam.report.tables.columns import quantity_columns
 from taskslam.report.tables.latex import document, methods_latex, waypoints_latex
@@ -114,5 +115,5 @@ def _csv(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(head)
-    writer.writerows(rows)
+    writer.writerows([printable(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
     return buffer.getvalue()

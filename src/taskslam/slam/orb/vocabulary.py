@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.errors import InputError
+from taskslam.reading import LARGEST_ARCHIVE, arrays_in, open_file
 
 DESCRIPTOR_BYTES = 32
 # As ORBvoc.txt: ORB-SLAM3 compares features that meet in a node 4 levels above the deepest possible word.
@@ -98,9 +99,9 @@ def save(vocabulary: Vocabulary, file: IO[bytes]) -> None:
 
 def load(file: IO[bytes]) -> Vocabulary:
     """The inverse of `save`."""
-    with np.load(file, allow_pickle=False) as archive:
-        branches, depth, images = (int(number) for number in archive["shape"])
-        return Vocabulary(branches, depth, archive["parent"], archive["descriptor"], archive["images_with"], images)
+    arrays = arrays_in(file, LARGEST_ARCHIVE)
+    branches, depth, images = (int(number) for number in arrays["shape"])
+    return Vocabulary(branches, depth, arrays["parent"], arrays["descriptor"], arrays["images_with"], images)
 
 
 def shipped_vocabulary() -> Vocabulary:
@@ -115,13 +116,10 @@ def check_text(path: Path) -> None:
     Raises:
         InputError: not readable, or not in ORB-SLAM3's text format.
     """
-    try:
-        with path.open("rb") as file:
-            head, node = file.readline(200), file.readline(1000)
-    except OSError as error:
-        raise InputError(f"vocabulary {path}: cannot be read: {error.strerror}") from error
+    with open_file(path, "vocabulary", InputError) as file:
+        head, node = file.readline(200), file.readline(1000)
     shape = head.split()
-    good = len(shape) == 4 and all(part.isdigit() for part in shape)
+    good = len(shape) == 4 and all(part.isdigit() and len(part) < 4 for part in shape)
     if good:
         branches, depth, scoring, weighting = map(int, shape)
         good = 2 <= branches <= _MOST_BRANCHES and 1 <= depth <= _MOST_LEVELS and scoring <= 5 and weighting <= 3

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _NOT_SUPPORTED = ("actor", "population", "road")
 _DEEPEST_NESTING = 32
-_MOST_MODELS = 50_000  # files that include others twice over grow without bound
+_MOST_PARTS = 40_000  # files that include others twice over grow without bound
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,7 @@ class Expander:
 
         Raises WorldError for files that include themselves.
         """
+        self._one_more(chain)
         uri = text_of(include, "uri")
         if not uri:
             raise WorldError(f"An <include> in {where} has no <uri>.")
@@ -123,6 +124,12 @@ class Expander:
                 return element, path, (*chain, str(path))
         raise WorldError(f"{path} holds no <model>, so that it cannot be included.")
 
+    def _one_more(self, chain: Sequence[str]) -> None:
+        """Count a model, an include or a part of a model. Raises WorldError where they become too many."""
+        self._count += 1
+        if self._count > _MOST_PARTS:
+            raise WorldError(f"{chain[0]} comes to more than {_MOST_PARTS} models and parts with all that it includes.")
+
     def _leave_out(self, what: str) -> None:
         self.unsupported[what] = self.unsupported.get(what, 0) + 1
 
@@ -148,9 +155,7 @@ class Expander:
         return model
 
     def _model(self, element: Element, file: Path, chain: Sequence[str]) -> Model:
-        self._count += 1
-        if self._count > _MOST_MODELS:
-            raise WorldError(f"{chain[0]} comes to more than {_MOST_MODELS} models with all that it includes.")
+        self._one_more(chain)
         name = (element.get("name") or "").strip()
         where = f"model '{name}' in {file}"
         pose, relative_to = read_pose(element, where)
@@ -163,12 +168,15 @@ class Expander:
         scope, where = model.scope, f"model '{model.name}' in {file}"
         for name, link in named(element, "link"):
             pose, relative_to = read_pose(link, f"link '{name}' of {where}")
+            self._one_more(chain)
             scope.add(name, pose, relative_to or base)
             model.links.append(Link(name, link, file.parent, f"link '{name}' of {where}"))
         for name, frame in named(element, "frame"):
+            self._one_more(chain)
             pose, relative_to = read_pose(frame, f"frame '{name}' of {where}")
             scope.add(name, pose, relative_to or (frame.get("attached_to") or "").strip() or base)
         for name, joint in named(element, "joint"):
+            self._one_more(chain)
             pose, relative_to = read_pose(joint, f"joint '{name}' of {where}")
             scope.add(name, pose, relative_to or text_of(joint, "child") or base)
         nested = self.models_in(element, file, scope, chain)

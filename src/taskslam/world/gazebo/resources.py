@@ -14,6 +14,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from taskslam.errors import WorldError
+from taskslam.reading import LARGEST_WORLD_FILE, MOST_ENTRIES, open_file
 from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
 
 PATH_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
@@ -75,12 +76,9 @@ class Resources:
 
     def read(self, path: Path) -> bytes:
         """Content of a file; raises WorldError naming it if it cannot be read."""
-        try:
-            with path.open("rb") as file:
-                status = os.fstat(file.fileno())
-                data = file.read()
-        except OSError as error:
-            raise WorldError(f"{path} cannot be read: {error.strerror or error}.") from error
+        with open_file(path, "file of a world", WorldError, LARGEST_WORLD_FILE) as file:
+            status = os.fstat(file.fileno())
+            data = file.read()
         digest = hashlib.sha256(data).hexdigest()
         self._stamps[str(path)] = FileStamp(str(path), status.st_size, status.st_mtime_ns, digest)
         return data
@@ -173,8 +171,14 @@ class Resources:
 
 
 def list_scripts(folder: Path) -> list[str]:
-    """Paths of the `*.material` files in a folder and below, sorted."""
-    return sorted(str(path) for path in folder.rglob("*.material"))
+    """Paths of the `*.material` files in a folder and below, sorted. Raises WorldError if that holds a whole disk."""
+    found, seen = [], 0
+    for place, folders, files in os.walk(folder):
+        seen += len(folders) + len(files)
+        if seen > MOST_ENTRIES:
+            raise WorldError(f"{folder} holds more than {MOST_ENTRIES} files; expected a folder of material scripts.")
+        found += [str(Path(place) / name) for name in files if name.endswith(".material")]
+    return sorted(found)
 
 
 def _refuse_escape(path: str, uri: str, where: str) -> None:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray
+from taskslam.reading import MOST_TRIANGLES
 from taskslam.world.world import Material, TriangleMesh
 
 _LARGEST = 1e9  # metres; beyond it products of coordinates lose all meaning
@@ -105,14 +106,21 @@ class MeshBuilder:
 
     table: MaterialTable
     _parts: list[tuple[Surface, int, int]] = field(default_factory=list)
+    _count: int = 0
 
     def add(self, surface: Surface, owner: int) -> None:
-        """Add a checked surface that belongs to model `owner`; triangles without area in float32 are dropped."""
+        """Add a checked surface that belongs to model `owner`; triangles without area in float32 are dropped.
+
+        Raises WorldError where they become too many.
+        """
         corners = surface.vertices.astype(np.float32)[surface.triangles].astype(np.float64)
         keep = np.any(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) != 0.0, axis=1)
         if not keep.all():
             normals = None if surface.normals is None else surface.normals[keep]
             surface = replace(surface, triangles=surface.triangles[keep], uv=surface.uv[keep], normals=normals)
+        self._count += len(surface.triangles)
+        if self._count > MOST_TRIANGLES:
+            raise WorldError(f"The world comes to more than {MOST_TRIANGLES} triangles; expected coarser models.")
         if len(surface.triangles):
             self._parts.append((surface, self.table.index(surface.material), owner))
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import io
-import warnings
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from taskslam.errors import WorldError
+from taskslam.reading import MOST_TEXTURE_PIXELS, opened_picture
 from taskslam.world.gazebo.resources import Resources
 
 _FORMATS = ("PNG", "JPEG", "TGA", "BMP", "GIF", "TIFF", "WEBP", "DDS", "PPM")  # not EPS, which starts a program
@@ -22,14 +22,11 @@ Texture = npt.NDArray[np.uint8]
 
 
 def decode(data: bytes) -> Texture | None:
-    """(H, W, 3) or, where any pixel is transparent, (H, W, 4) uint8 sRGB; None if the image is damaged."""
+    """(H, W, 3) or, where any pixel is transparent, (H, W, 4) uint8 sRGB; None if the image is damaged or too large."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
-                image.load()
-                return _as_array(image)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        with opened_picture(data, "texture", WorldError, _FORMATS, MOST_TEXTURE_PIXELS) as image:
+            return _as_array(image)
+    except WorldError:
         return None
 
 
