@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types rooms unit fuzz benchmarks clean
+.PHONY: demo test lint types rooms unit fuzz torture benchmarks clean
 
 demo: $(VENV)/.installed
 	$(BIN)/taskslam demo --out demo
@@ -22,6 +22,9 @@ rooms: $(VENV)/.installed-dev
 
 unit: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+torture: $(VENV)/.installed-dev
+	$(BIN)/python tools/torture.py --kills 200
 
 # Damaged inputs for every reader; FUZZ="--reader journal --inputs 100000 --seed 7" for some of them.
 fuzz: $(VENV)/.installed-dev

@@ -57,11 +57,18 @@ def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
 
 
 def cache_folder() -> Path:
-    """Where things are kept that can be made again: `TASKSLAM_CACHE`, or `taskslam` in the user's caches."""
+    """Where things are kept that can be made again: `TASKSLAM_CACHE`, or `taskslam` in the user's caches.
+
+    A user without a home, as in a container, has no such place: then one where nothing can be made.
+    """
     if own := os.environ.get("TASKSLAM_CACHE"):
         return Path(own).expanduser()
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "taskslam"
+    if base := os.environ.get("XDG_CACHE_HOME"):
+        return Path(base) / "taskslam"
+    try:
+        return Path.home() / ".cache" / "taskslam"
+    except RuntimeError:
+        return Path(os.devnull) / "taskslam"
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,14 @@ from taskslam.benchmark.export import ExportRequest, Format, export
 from taskslam.benchmark.replay import replay
 from taskslam.benchmark.spec import spec_of_replay
 from taskslam.datasets.opening import open_dataset
+from taskslam.endings import StoppedError
 from taskslam.errors import DatasetError, InputError, RecordError
 from taskslam.evaluation import evaluate_runs
 from taskslam.measurements import Sensor
 from taskslam.mode import Mode
 from taskslam.record import MethodNotice, RoundEnded, RunRecord, load_run
+from taskslam.record.run_directory import JOURNAL
+from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.studies.study import load_study
 
@@ -157,3 +161,23 @@ def test_a_folder_of_replays_is_a_study(recording):
         "wheel_odometry": 2,
     }
     assert all("round00" not in path for path in sequence.runs["replayed_methods:Counting with map"])
+
+
+def test_a_replay_that_was_interrupted_goes_on_with_the_round_that_had_not_ended(recording, monkeypatch):
+    undisturbed = run(recording, "karto", rounds=3, out="undisturbed")
+    starts, start = [], MethodHost.start
+
+    def interrupted(host):
+        starts.append(host)
+        if len(starts) == 3:
+            raise StoppedError(signal.SIGTERM)
+        start(host)
+
+    monkeypatch.setattr(MethodHost, "start", interrupted)
+    with pytest.raises(StoppedError) as stop:
+        run(recording, "karto", rounds=3)
+    assert "2 rounds ended" in stop.value.__notes__[0]
+    record = run(recording, "karto", rounds=3)
+    assert len(starts) == 4
+    assert record.manifest.files == undisturbed.manifest.files
+    assert (record.directory / JOURNAL).read_bytes() == (undisturbed.directory / JOURNAL).read_bytes()

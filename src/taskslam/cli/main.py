@@ -6,8 +6,9 @@ import contextlib
 import os
 import resource
 import sys
+from dataclasses import replace
 
-from taskslam.endings import ending_of, flush_standard_output, open_standard_streams, stop_on_signals
+from taskslam.endings import StoppedError, ending_of, flush_standard_output, open_standard_streams, stop_on_signals
 from taskslam.errors import DiskFullError, InfrastructureError
 
 _ADDRESS_SPACE = 640 << 20  # bytes; with less, OpenBLAS ends the process or never returns
@@ -24,6 +25,8 @@ def main() -> None:
         if cause is None:
             raise
         ending = ending_of(cause)
+        if isinstance(cause, StoppedError):
+            ending = replace(ending, sentence=f"{ending.sentence}; what is finished is kept, start again to go on")
     else:
         return
     for line in (f"taskslam: {ending.sentence}", *ending.notes):

@@ -1,0 +1,262 @@
+"""Kill a suite with SIGKILL at random moments, again and again, and look whether anything is lost.
+
+    make torture                                  200 kills
+    python tools/torture.py --kills 40 --seed 7
+
+The suite is driven undisturbed. Then it is started over and over, and one of its processes is killed each time: the
+suite itself, a worker, the process of a method, or all at once. After every start
+
+- a run that was finished before is there, and was not driven again;
+
+and whenever the suite has come to its end
+
+- nothing hidden is left beside the runs, and no scratch folder;
+- metrics.json says what it says of the undisturbed suite, but for clocks and memory.
+
+A method whose process is killed has crashed: that is its result, and it stays. Such runs are counted, removed and
+driven again before the tables are compared. Exit status 1 if anything did not hold.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+VICTIMS = {"suite": "cli.main", "worker": "engines.worker", "method": "guest.child"}
+CLOCKS = {"wall_s", "compute_s", "real_time_factor", "method_peak_bytes", "own_peak_bytes", "method_cpu_s"}
+WALLS = ((-3, 0, 0.2, 6), (3, 0, 0.2, 6), (0, -3, 6, 0.2), (0, 3, 6, 0.2))
+BOX = "<geometry><box><size>{2} {3} 1</size></box></geometry><pose>{0} {1} 0.5 0 0 0</pose>"
+TOUR = """
+name: {name}
+world: {{file: {world}}}
+floor_plan: {{resolution: 0.1}}
+start: {{x: 0, y: 0, theta: 0}}
+sequence: {{waypoints: [[{x}, 0.0, 0.0], [0.0, 0.4, 1.5]]}}
+protocol: {{pause: 0.2, still_start: 0.2}}
+"""
+
+
+def main() -> int:
+    """Torture; 0 if all held."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0, help="of the moments and the victims")
+    parser.add_argument("--small", action="store_true", help="two runs, which take seconds")
+    wanted = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="torture-") as folder:
+        torture = Torture(Path(folder), random.Random(wanted.seed), wanted.small)
+        torture.run(wanted.kills)
+    sys.stdout.write(torture.words())
+    return 1 if torture.faults else 0
+
+
+@dataclass
+class Torture:
+    """A torture in a folder of its own, and what it has found."""
+
+    folder: Path
+    dice: random.Random
+    small: bool
+    kills: Counter[str] = field(default_factory=Counter)
+    said: Counter[str] = field(default_factory=Counter)
+    faults: list[str] = field(default_factory=list)
+
+    def run(self, kills: int) -> None:
+        """Kill so often."""
+        self._write_suite()
+        for _ in range(2):  # the second time, all that is cached is there
+            shutil.rmtree(self.folder / "calm", ignore_errors=True)
+            began = time.monotonic()
+            if (status := self._start("calm").wait()) != 0:
+                self.faults.append(f"the undisturbed suite ended with status {status}: {self._log()}")
+                return
+            lasts = time.monotonic() - began
+        expected = tables(self.folder / "calm")
+        while self.kills.total() < kills:
+            self._drive_to_the_end(kills, lasts)
+            self._look_for_litter()
+            if tables(self.folder / "out") != expected:
+                self.faults.append(f"suite {self.said['suites']}: its tables differ from those of the undisturbed one")
+            shutil.rmtree(self.folder / "out")
+
+    def words(self) -> str:
+        """What was done and found."""
+        killed = ", ".join(f"{count} of the {victim}" for victim, count in sorted(self.kills.items()))
+        counts = ", ".join(f"{count} {what}" for what, count in sorted(self.said.items()))
+        faults = "".join(f"FAULT: {fault}\n" for fault in self.faults) or "Nothing was lost.\n"
+        return f"{self.kills.total()} kills: {killed}\n{counts}\n{faults}"
+
+    def _drive_to_the_end(self, kills: int, lasts: float) -> None:
+        """Start the suite, and disturb it, until it says that all is driven."""
+        out = self.folder / "out"
+        while True:
+            before = finished(out)
+            suite = self._start("out")
+            killed = self.kills.total() < kills and self._kill(suite, self.dice.uniform(0.0, lasts))
+            try:
+                status = suite.wait(timeout=20 * lasts + 60)
+            except subprocess.TimeoutExpired:
+                self.faults.append(f"the suite did not end: {self._log()}")
+                os.killpg(suite.pid, signal.SIGKILL)
+                status = suite.wait()
+            self._wait_for_the_dead()
+            after = finished(out)
+            self.said["starts"] += 1
+            self.said["runs resumed by round"] += self._log().count("goes on after")
+            self.faults += [f"{run}: lost or driven twice" for run in before if before[run] != after.get(run)]
+            if status not in {0, 3, -signal.SIGKILL} or (status == 3 and not killed):
+                self.faults.append(f"the suite ended with status {status}: {self._log()}")
+                return
+            if status == 0 and not self._remove_crashed(after):
+                self.said["suites"] += 1
+                return
+
+    def _kill(self, suite: subprocess.Popen[bytes], delay: float) -> bool:
+        """After a while, kill one of the suite's processes; whether there was one."""
+        try:
+            suite.wait(timeout=delay)
+        except subprocess.TimeoutExpired:
+            victim = self.dice.choice([*VICTIMS, "group"])
+            family = descendants(suite.pid)
+            if victim == "group":
+                chosen = [suite.pid, *family]
+            elif victim == "suite":
+                chosen = [suite.pid]
+            else:
+                chosen = [pid for pid in family if VICTIMS[victim] in command_of(pid)]
+                chosen = [self.dice.choice(chosen)] if chosen else []
+            for pid in chosen:
+                kill(pid)
+            self.kills[victim] += bool(chosen)
+            return bool(chosen)
+        return False
+
+    def _remove_crashed(self, runs: dict[Path, int]) -> bool:
+        """Remove the runs whose method was killed, which is a result; whether there were any."""
+        crashed = [run for run in runs if b'"outcome":"crashed"' in (run.parent / "journal.jsonl").read_bytes()]
+        for run in crashed:
+            shutil.rmtree(run.parent)
+        self.said["crashes recorded"] += len(crashed)
+        return bool(crashed)
+
+    def _look_for_litter(self) -> None:
+        out, scratch = self.folder / "out", self.folder / "scratch"
+        litter = [*out.rglob(".*"), *(path for path in scratch.iterdir() if path.name.startswith("taskslam"))]
+        self.faults += [f"suite {self.said['suites']}: left {path}" for path in litter]
+
+    def _wait_for_the_dead(self) -> None:
+        """The kernel ends what a killed process leaves behind; it may take a moment."""
+        deadline = time.monotonic() + 10
+        mark = str(self.folder).encode()
+        while time.monotonic() < deadline:
+            left = [pid for pid in pids() if mark in environment_of(pid)]
+            if not left:
+                return
+            time.sleep(0.02)
+        self.faults.append(f"processes outlived their suite: {[command_of(pid) for pid in left]}")
+        for pid in left:
+            kill(pid)
+
+    def _start(self, out: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-c", "from taskslam.cli.main import main; main()", "suite", "suite.yaml"]
+        command += ["--worlds", "mine", "--jobs", "2", "--out", out]
+        environment = {**os.environ, "TMPDIR": str(self.folder / "scratch"), "PYTHONPATH": str(ROOT / "src")}
+        with (self.folder / "log").open("wb") as log:
+            return subprocess.Popen(
+                command, stdout=log, stderr=log, cwd=self.folder, env=environment, start_new_session=True
+            )
+
+    def _log(self) -> str:
+        return (self.folder / "log").read_text(errors="replace")
+
+    def _write_suite(self) -> None:
+        (self.folder / "scratch").mkdir()
+        boxes = enumerate(BOX.format(*wall) for wall in WALLS)
+        walls = "".join(
+            f"<collision name='c{n}'>{box}</collision><visual name='v{n}'>{box}</visual>" for n, box in boxes
+        )
+        model = f"<model name='walls'><static>1</static><link name='l'>{walls}</link></model>"
+        world = self.folder / "room.world"
+        world.write_text(f"<sdf version='1.6'><world name='room'>{model}</world></sdf>")
+        places = {"near": 0.5} if self.small else {"near": 0.5, "far": 1.5}
+        for name, x in places.items():
+            (self.folder / f"{name}.yaml").write_text(TOUR.format(name=name, x=x, world=world))
+        tours = ", ".join(str(self.folder / f"{name}.yaml") for name in places)
+        methods = "[karto]" if self.small else "[karto, wheel_odometry]"
+        suite = f"name: tortured\nworlds: {{mine: [{tours}]}}\nmethods: {methods}\nrounds: 4\n"
+        (self.folder / "suite.yaml").write_text(suite)
+
+
+def finished(out: Path) -> dict[Path, int]:
+    """run.json of every finished run, and when it was written."""
+    return {run: run.stat().st_mtime_ns for run in sorted(out.glob("*/*/*/seed0/run.json"))}
+
+
+def tables(out: Path) -> Any:
+    """metrics.json without what a clock or the memory said."""
+    return _timeless(json.loads((out / "metrics.json").read_text()))
+
+
+def _timeless(said: Any) -> Any:
+    if isinstance(said, dict):
+        return {key: _timeless(value) for key, value in said.items() if key not in CLOCKS}
+    return [_timeless(one) for one in said] if isinstance(said, list) else said
+
+
+def pids() -> list[int]:
+    """Of all processes."""
+    return [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
+
+
+def descendants(pid: int) -> list[int]:
+    """Children of a process, theirs, and so on."""
+    parents: dict[int, list[int]] = {}
+    for one in pids():
+        stat = _read(one, "stat")
+        if b") " in stat:
+            parents.setdefault(int(stat.rpartition(b") ")[2].split()[1]), []).append(one)
+    found = [pid]
+    for one in found:
+        found += parents.get(one, [])
+    return found[1:]
+
+
+def command_of(pid: int) -> str:
+    """Its command line; empty if it is gone."""
+    return _read(pid, "cmdline").replace(b"\0", b" ").decode(errors="replace")
+
+
+def environment_of(pid: int) -> bytes:
+    """Its environment, if it may be seen."""
+    return _read(pid, "environ") if pid != os.getpid() else b""
+
+
+def kill(pid: int) -> None:
+    """At once, if it is still there."""
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGKILL)
+
+
+def _read(pid: int, name: str) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/{name}").read_bytes()
+    except OSError:
+        return b""
+
+
+if __name__ == "__main__":
+    sys.exit(main())
