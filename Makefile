@@ -24,6 +24,7 @@ unit: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 torture: $(VENV)/.installed-dev
+	TASKSLAM_TORTURE=1 $(BIN)/python -m pytest tests/adversaries
 	$(BIN)/python tools/torture.py --kills 200
 
 # Damaged inputs for every reader; FUZZ="--reader journal --inputs 100000 --seed 7" for some of them.

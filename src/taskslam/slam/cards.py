@@ -20,6 +20,7 @@ from taskslam.processes import messages
 from taskslam.processes.guest import GuestProcess, Limits, Program
 from taskslam.processes.scratch import Scratch
 from taskslam.processes.wall import working_folder
+from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_json
 from taskslam.slam.base import MethodCard
 from taskslam.slam.content import place_of
 from taskslam.slam.guest.contract import read_card
@@ -162,8 +163,8 @@ def _kept(entry: MethodEntry) -> MethodCard | None:
     if file is None:
         return None
     try:
-        return read_card(entry.name, {"card": json.loads(file.read_text(encoding="utf-8"))})
-    except (OSError, ValueError, RecursionError, InputError):
+        return read_card(entry.name, {"card": read_json(file, "card", InputError, LARGEST_WRITTEN_BY_HAND)})
+    except InputError:
         return None
 
 
