@@ -118,14 +118,13 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
     with whole_folder(out) as folder, closing(_writer(request.format, folder, stage, sensors)) as writer:
         platform = _Recorded(simulator, writer, sensors, until)
-        complete = record_tour(
+        return record_tour(
             Undertaking(stage, spec, card),
             lambda: platform,
             folder / DRIVE,
             observer,
             drive=_drive_until_enough,
         )
-    return complete
 
 
 def _drive_until_enough(tour: Tour, mode: Mode) -> bool:
