@@ -123,6 +123,7 @@ class Torture:
                 return
             if status == 0 and not self._remove_crashed(after):
                 self.said["suites"] += 1
+                sys.stderr.write(f"{self.kills.total()} of {kills} kills, {len(self.faults)} faults\n")
                 return
 
     def _kill(self, suite: subprocess.Popen[bytes], delay: float) -> bool:

@@ -76,6 +76,7 @@ class PaperTraveller:
         self.fails = fails
         self.round = 0
         self.at = SE2()
+        self.stopped = False
 
     def start(self, still_s: float) -> None:
         self.platform.place(SE2())
@@ -105,7 +106,9 @@ class PaperTraveller:
         return Effort(frames=self.platform.time // SECOND)
 
     def stop(self) -> None:
-        self.platform.asked.append("stop")
+        if not self.stopped:  # may be called more than once
+            self.platform.asked.append("stop")
+        self.stopped = True
 
 
 def drive(

@@ -98,6 +98,6 @@ def test_an_export_that_is_stopped_leaves_nothing(tour: Path, tmp_path: Path) ->
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGTERM, said
-    assert f"Nothing is kept of the dataset {out}" in said
+    assert f"Nothing is kept of {out}" in said
     assert list(out.parent.iterdir()) == []
     assert list((tmp_path / "scratch").iterdir()) == []

@@ -6,7 +6,6 @@ stands the run directory of that round: what a replay of the dataset can be comp
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -21,13 +20,11 @@ from taskslam.benchmark.stage import Stage
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.errors import DatasetError
-from taskslam.files import remove, sync_folder, writing
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor, WheelOdometry
 from taskslam.observer import Observer
 from taskslam.record.events import RunEnded
-from taskslam.record.place import partial_folder
-from taskslam.record.run_lock import RunLock
+from taskslam.record.place import whole_folder
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import Simulator
@@ -119,32 +116,15 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     card = card_of(spec.method)
     simulator = build_simulator(stage, spec, sensors | set(card.sensors))
     until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
-    folder = partial_folder(out)
-    with writing(out):
-        out.parent.mkdir(parents=True, exist_ok=True)
-    lock = RunLock(out)
-    try:
-        with writing(out):
-            remove(folder)
-            folder.mkdir()
-            with closing(_writer(request.format, folder, stage, sensors)) as writer:
-                platform = _Recorded(simulator, writer, sensors, until)
-                complete = record_tour(
-                    Undertaking(stage, spec, card),
-                    lambda: platform,
-                    folder / DRIVE,
-                    observer,
-                    drive=_drive_until_enough,
-                )
-            folder.rename(out)
-            sync_folder(out.parent)
-    except BaseException as error:
-        shutil.rmtree(folder, ignore_errors=True)
-        error.__notes__ = [f"Nothing is kept of the dataset {out}"]  # the drive lay in it
-        raise
-    finally:
-        lock.release()
-    return complete
+    with whole_folder(out) as folder, closing(_writer(request.format, folder, stage, sensors)) as writer:
+        platform = _Recorded(simulator, writer, sensors, until)
+        return record_tour(
+            Undertaking(stage, spec, card),
+            lambda: platform,
+            folder / DRIVE,
+            observer,
+            drive=_drive_until_enough,
+        )
 
 
 def _drive_until_enough(tour: Tour, mode: Mode) -> bool:

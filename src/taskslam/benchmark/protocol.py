@@ -80,10 +80,10 @@ def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
     """One SLAM lifetime over these rounds; a method that fails ends it, and its failure is recorded."""
     life = _Lifetime(tour, tour.new_traveller(), numbers[0][0])
     try:
-        complete = life.live(numbers)
+        return life.live(numbers)
     except MethodFailedError as failure:
         life.end_by(failure)
-        complete = False
+        return False
     except BaseException:
         tour.platform.halt()  # first of all: a method may take seconds to end
         raise
@@ -96,8 +96,6 @@ def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
         if effort.stop_failure:
             tour.stop_failures.append(f"round {life.round}: {effort.stop_failure}")
             tour.observer.notice(tour.stop_failures[-1])
-    life.tally()
-    return complete
 
 
 class _Lifetime:
@@ -108,7 +106,7 @@ class _Lifetime:
         self.traveller = traveller
         self.round = first_round
         self.goal: tuple[int, SE2] = (0, tour.task.goals[0])
-        self.before = self.counted = Effort()
+        self.counted = Effort()
 
     def live(self, numbers: list[tuple[int, bool]]) -> bool:
         """Start, then drive the rounds one after the other; whether every goal was reached."""
@@ -173,17 +171,11 @@ class _Lifetime:
         tour.observer.notice(tour.last_failure)
 
     def _end_round(self, outcome: Outcome) -> None:
-        self.before, self.counted = self.counted, self.traveller.effort()
-        frames = self.counted.frames - self.before.frames
-        dropped = self.counted.dropped_frames - self.before.dropped_frames
+        effort = self.traveller.effort()
+        before, self.counted = self.counted, effort
+        frames, dropped = effort.frames - before.frames, effort.dropped_frames - before.dropped_frames
         self.tour.frames += frames
         self.tour.dropped_frames += dropped
-        self.tally()
-        self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))
-
-    def tally(self) -> None:
-        """What the last round took; to be told again once the method has stopped, as some is known only then."""
-        effort, before = self.traveller.effort(), self.before
         self.tour.record.tally(
             self.round,
             effort.compute_s - before.compute_s,
@@ -191,3 +183,4 @@ class _Lifetime:
             effort.cpu_s - before.cpu_s,
             effort.stop_failure,
         )
+        self.tour.record.event(RoundEnded(self.tour.platform.now, self.round, outcome, frames, dropped))

@@ -42,6 +42,7 @@ from taskslam.realworld.setup_file import BundleTag, Place
 from taskslam.realworld.tags.tag_family import code_cells
 from taskslam.realworld.tags.tag_plane import tag_square
 from taskslam.record import RunRecord
+from taskslam.record.place import whole_folder
 from taskslam.robot import Robot
 from taskslam.scenario import Scenario
 from taskslam.simulation.rendering.scene import Scene
@@ -78,7 +79,7 @@ def scenario_of(record: RunRecord) -> Scenario:
 def photograph(
     record: RunRecord, world: World, robot: Robot, lab: Lab, out: Path, observer: Observer | None = None
 ) -> list[Path]:
-    """Write everything that a tour through the lab leaves behind; the paths of the setup files.
+    """Write everything that a tour through the lab leaves behind, whole or not at all; the paths of the setup files.
 
     Raises:
         InputError: the run is of another scenario, holds no arrival or no truth, or has fewer waypoints than the lab.
@@ -87,6 +88,13 @@ def photograph(
     watch = observer or Observer()
     _check(record, lab, out)
     tour = relive(record, lab.sway.sway, lab.seed)
+    with whole_folder(out) as folder:
+        setups = _photograph(tour, world, robot, lab, folder, watch)
+        names = [setup.relative_to(folder) for setup in setups]
+    return [out / name for name in names]
+
+
+def _photograph(tour: RelivedTour, world: World, robot: Robot, lab: Lab, out: Path, watch: Observer) -> list[Path]:
     write_logs(tour, lab, out)
     rows: list[list[object]] = []
     if lab.cameras:

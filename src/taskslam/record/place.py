@@ -9,8 +9,10 @@ A process may be killed between any two steps; the next one does the rest.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -24,6 +26,33 @@ from taskslam.record.run_lock import RunLock
 def partial_folder(directory: Path) -> Path:
     """Where a run lives until it is finished."""
     return directory.with_name(f".{directory.name}.partial")
+
+
+@contextlib.contextmanager
+def whole_folder(place: Path) -> Iterator[Path]:
+    """A new folder to fill, which stands at `place` once the body has ended well; of a failed one nothing is kept.
+
+    Raises RecordError if another process is filling it, DiskFullError.
+    """
+    place = place.absolute()
+    folder = partial_folder(place)
+    with writing(place):
+        place.parent.mkdir(parents=True, exist_ok=True)
+    lock = RunLock(place)
+    try:
+        with writing(place):
+            remove(folder)  # what a killed process left
+            folder.mkdir()
+            yield folder
+            folder.rename(place)
+            sync_folder(place.parent)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            remove(folder)
+        error.__notes__ = [f"Nothing is kept of {place}"]  # whatever was said of a place in it is gone
+        raise
+    finally:
+        lock.release()
 
 
 def settle(directory: Path) -> None:

@@ -95,8 +95,7 @@ class RunWriter:
         self._written = set(range(self.resumed.rounds))
         self._resumable = resume
         self.began_utc = self.resumed.began_utc or datetime.now(UTC).isoformat()
-        self._told = self._round_began = time.perf_counter()
-        self._tallied = -1
+        self._round_began = time.perf_counter()
 
     def _take_over(self, spec: str | None, resume: bool) -> None:
         """Keep of an interrupted start the rounds that ended, if it was of this spec; remove what else it left."""
@@ -132,12 +131,10 @@ class RunWriter:
     def tally(self, number: int, compute_s: float, peak_bytes: int, cpu_s: float = 0.0, stop_failure: str = "") -> None:
         """Remember, before round `number` ends, what it took of the method: for whoever must go on after it.
 
-        May be told again, once more is known. Raises DiskFullError.
+        Raises DiskFullError.
         """
-        if number != self._tallied:
-            self._tallied, self._round_began = number, self._told
-        self._told = time.perf_counter()
-        wall_s = self._told - self._round_began
+        now = time.perf_counter()
+        wall_s, self._round_began = now - self._round_began, now
         add_tally(
             self.folder / TALLY,
             Tally(
