@@ -34,6 +34,23 @@ def test_a_view_is_links_and_only_what_is_new_and_plain_is_kept(tmp_path: Path) 
     assert (kept / "module" / "old.nbc").read_text() == "old"
 
 
+def test_old_versions_of_a_method_are_forgotten(tmp_path: Path) -> None:
+    view = tmp_path / "view"
+    view.mkdir()
+    (view / "a.nbc").write_text("x")
+    for number in range(6):
+        compiled_cache.keep_new(view, tmp_path / f"karto-{number}")
+        os.utime(tmp_path / f"karto-{number}", (number, number))
+    compiled_cache.keep_new(view, tmp_path / "karto-like-0")
+    assert sorted(p.name for p in tmp_path.glob("karto*")) == [
+        "karto-2",
+        "karto-3",
+        "karto-4",
+        "karto-5",
+        "karto-like-0",
+    ]
+
+
 def test_a_flood_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled_cache, "_MOST_BYTES", 10)
     (tmp_path / "view").mkdir()

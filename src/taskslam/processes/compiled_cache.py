@@ -14,6 +14,7 @@ from pathlib import Path
 
 _MOST_FILES = 4096
 _MOST_BYTES = 256 << 20
+_MOST_VERSIONS = 4  # of a method's code
 
 
 def lay_out(kept: Path, view: Path) -> None:
@@ -39,6 +40,8 @@ def keep_new(view: Path, kept: Path) -> int:
         place = kept / file.relative_to(view)
         partial = place.with_name(f".{place.name}.{os.getpid()}")
         with contextlib.suppress(OSError):
+            if not kept.exists():
+                _forget_older(kept)
             place.parent.mkdir(parents=True, exist_ok=True)
             source = os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
             with os.fdopen(source, "rb") as reading, partial.open("xb") as writing:
@@ -46,6 +49,14 @@ def keep_new(view: Path, kept: Path) -> int:
             partial.replace(place)
             copied += 1
     return copied
+
+
+def _forget_older(kept: Path) -> None:
+    """Of what was kept for the same method with other code, keep the youngest few."""
+    name = kept.name.rpartition("-")[0]
+    older = [folder for folder in kept.parent.glob(f"{name}-*") if folder.name.rpartition("-")[0] == name]
+    for folder in sorted(older, key=lambda folder: folder.stat().st_mtime)[: -_MOST_VERSIONS + 1]:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _plain_files(folder: Path) -> list[Path]:
