@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from taskslam.evaluation import intervals
-from taskslam.evaluation.intervals import precision_bias, precision_table, rounds_to_halve, two_way_variance
+from taskslam.evaluation.intervals import precision_bias, precision_table, ratio_of, rounds_to_halve, two_way_variance
 
 
 def held(make, true_mean, trials=300, seed=0):
@@ -108,3 +108,9 @@ def test_headings_are_treated_across_the_seam():
     table = intervals.heading_table(headings)
     turned = intervals.heading_table(np.angle(np.exp(1j * (headings + math.pi))))
     assert turned == pytest.approx(table, abs=1e-12)
+
+
+def test_a_ratio_beyond_all_bounds_does_not_overflow():
+    assert ratio_of(1e300) == pytest.approx(math.exp(100))
+    assert ratio_of(-1e300) == pytest.approx(math.exp(-100))
+    assert ratio_of(0.7) == math.exp(0.7)

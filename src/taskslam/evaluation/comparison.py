@@ -8,9 +8,9 @@ waypoints (`intervals.py`), and the two variances add, with Welch and Satterthwa
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 
+from taskslam.evaluation import intervals
 from taskslam.evaluation.evidence import ALPHA, Side, Sides, weigh
 from taskslam.evaluation.metrics_file import Comparison, RunMetrics
 from taskslam.evaluation.permutation import cliffs_delta, holm
@@ -85,7 +85,7 @@ def _compare(a: str, runs_a: Sequence[RunMetrics], b: str, runs_b: Sequence[RunM
             rounds=(min(first.rounds for first, _ in shared), min(second.rounds for _, second in shared)),
             a_mean_m=float(values_a.mean()),
             b_mean_m=float(values_b.mean()),
-            ratio=math.exp(evidence.difference),
+            ratio=intervals.ratio_of(evidence.difference),
             ratio_interval=evidence.interval(),
             p=evidence.p(),
             p_adjusted=None,

@@ -92,7 +92,7 @@ class Evidence:
         if self.variance is None:
             return None
         half = min(float(intervals.quantile(1 - ALPHA, self.freedom)) * math.sqrt(self.variance), 300.0)
-        return Interval(low=math.exp(self.difference - half), high=math.exp(self.difference + half))
+        return Interval(low=intervals.ratio_of(self.difference - half), high=intervals.ratio_of(self.difference + half))
 
     def p(self) -> float | None:
         """Of a difference as large as this by chance: two-sided t test."""

@@ -186,3 +186,8 @@ def pseudo_values(whole: FloatArray, without: FloatArray) -> FloatArray:
     """
     M = known_rounds(without, axis=0)
     return np.asarray(M * whole - (M - 1) * without)
+
+
+def ratio_of(difference: float) -> float:
+    """The ratio whose logarithm is given, kept within e^-100 to e^100: what is beyond says no more, and overflows."""
+    return math.exp(min(max(difference, -100.0), 100.0))

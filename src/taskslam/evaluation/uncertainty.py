@@ -142,7 +142,7 @@ def _interval(ends: dict[str, Ends], name: str, most: float = math.inf) -> Inter
     if name not in ends:
         return None
     mean, half = (float(number) for number in ends[name])
-    return Interval(low=mean * math.exp(-half), high=min(mean * math.exp(half), most))
+    return Interval(low=mean * intervals.ratio_of(-half), high=min(mean * intervals.ratio_of(half), most))
 
 
 def _mean_of(tables: Sequence[FloatArray]) -> float:
