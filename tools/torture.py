@@ -89,8 +89,8 @@ class Torture:
         while self.kills.total() < kills:
             self._drive_to_the_end(kills, lasts)
             self._look_for_litter()
-            if tables(self.folder / "out") != expected:
-                self.faults.append(f"suite {self.said['suites']}: its tables differ from those of the undisturbed one")
+            for place in differences(expected, tables(self.folder / "out")):
+                self.faults.append(f"suite {self.said['suites']}: {place}")
             shutil.rmtree(self.folder / "out")
 
     def words(self) -> str:
@@ -105,6 +105,8 @@ class Torture:
         out = self.folder / "out"
         while True:
             before = finished(out)
+            journals = out.glob("*/*/without-map/.seed0.partial/journal.jsonl")
+            self.said["runs gone on with"] += sum(b"round_ended" in journal.read_bytes() for journal in journals)
             suite = self._start("out")
             killed = self.kills.total() < kills and self._kill(suite, self.dice.uniform(0.0, lasts))
             try:
@@ -116,7 +118,6 @@ class Torture:
             self._wait_for_the_dead()
             after = finished(out)
             self.said["starts"] += 1
-            self.said["runs resumed by round"] += self._log().count("goes on after")
             self.faults += [f"{run}: lost or driven twice" for run in before if before[run] != after.get(run)]
             if status not in {0, 3, -signal.SIGKILL} or (status == 3 and not killed):
                 self.faults.append(f"the suite ended with status {status}: {self._log()}")
@@ -148,7 +149,7 @@ class Torture:
 
     def _remove_crashed(self, runs: dict[Path, int]) -> bool:
         """Remove the runs whose method was killed, which is a result; whether there were any."""
-        crashed = [run for run in runs if b'"outcome":"crashed"' in (run.parent / "journal.jsonl").read_bytes()]
+        crashed = [run for run in runs if _tells_of_a_crash(run)]
         for run in crashed:
             shutil.rmtree(run.parent)
         self.said["crashes recorded"] += len(crashed)
@@ -207,9 +208,25 @@ def finished(out: Path) -> dict[Path, int]:
     return {run: run.stat().st_mtime_ns for run in sorted(out.glob("*/*/*/seed0/run.json"))}
 
 
+def _tells_of_a_crash(run: Path) -> bool:
+    """Whether the method was killed in a round, or while it was stopped."""
+    in_a_round = b'"outcome":"crashed"' in (run.parent / "journal.jsonl").read_bytes()
+    return in_a_round or bool(json.loads(run.read_text())["stop_failures"])
+
+
 def tables(out: Path) -> Any:
     """metrics.json without what a clock or the memory said."""
     return _timeless(json.loads((out / "metrics.json").read_text()))
+
+
+def differences(expected: Any, found: Any, place: str = "metrics.json") -> list[str]:
+    """Where two tables differ, in words."""
+    if isinstance(expected, dict) and isinstance(found, dict) and expected.keys() == found.keys():
+        return [words for key in expected for words in differences(expected[key], found[key], f"{place}: {key}")]
+    if isinstance(expected, list) and isinstance(found, list) and len(expected) == len(found):
+        pairs = enumerate(zip(expected, found, strict=True))
+        return [words for n, (one, other) in pairs for words in differences(one, other, f"{place}[{n}]")]
+    return [] if expected == found else [f"{place}: {str(expected)[:200]} became {str(found)[:200]}"]
 
 
 def _timeless(said: Any) -> Any:
