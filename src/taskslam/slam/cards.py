@@ -160,12 +160,15 @@ def _keep(state: MethodState) -> None:
 
 def _kept(entry: MethodEntry) -> MethodCard | None:
     file = _file(entry)
-    if file is None:
-        return None
     try:
-        return read_card(entry.name, {"card": read_json(file, "card", InputError, LARGEST_WRITTEN_BY_HAND)})
+        return None if file is None else read_kept_card(file, entry.name)
     except InputError:
         return None
+
+
+def read_kept_card(file: Path, method: str) -> MethodCard:
+    """A card that was kept. Raises InputError: it cannot be read, or is not valid."""
+    return read_card(method, {"card": read_json(file, "card", InputError, LARGEST_WRITTEN_BY_HAND)})
 
 
 def _file(entry: MethodEntry) -> Path | None:
