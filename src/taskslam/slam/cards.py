@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import time
 from collections import defaultdict
 from collections.abc import Sequence
@@ -14,7 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from taskslam.errors import InputError, MethodUnavailableError, TaskSlamError
-from taskslam.files import write_whole
 from taskslam.printable import one_line
 from taskslam.processes import messages
 from taskslam.processes.guest import GuestProcess, Limits, Program
@@ -153,8 +153,10 @@ def _keep(state: MethodState) -> None:
         return
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(file, json.dumps(dataclasses.asdict(state.card)))
-    except (OSError, TaskSlamError):  # it is asked again next time
+        partial = file.with_suffix(f".{os.getpid()}")  # whole or absent, and no matter if a crash takes it
+        partial.write_text(json.dumps(dataclasses.asdict(state.card)), encoding="utf-8")
+        partial.replace(file)
+    except OSError:  # it is asked again next time
         return
 
 
