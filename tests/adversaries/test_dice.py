@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from adversaries.traces import TORTURE
 from taskslam.benchmark import sealing
 from taskslam.benchmark.run import run
 from taskslam.benchmark.sealing import sealed
@@ -34,39 +35,49 @@ def estimation_error(directory: Path) -> float:
 
 @pytest.fixture
 def stage(make_stage) -> Stage:
-    made: Stage = make_stage([[2.5, -1.0, 0.0], [2.8, 1.8, 2.0]], rounds=1)
+    made: Stage = make_stage([[2.5, -1.0, 0.0]], rounds=1)
     return made
 
 
-def drive(stage: Stage, out: Path, method: str, **more: object) -> Path:
-    options = {"seed": SEED} if method == "dice:Dice" else {}
-    spec = stage.spec(method, Mode.WITHOUT_MAP, SEED, options, sealed=bool(more.get("sealed")))
-    with sealed(out, spec.sealed):
+def drive(stage: Stage, out: Path, method: str, salt: str | None = None, **options: object) -> Path:
+    """The run of a method with this seed; sealed with a salt, if one is given."""
+    spec = stage.spec(method, Mode.WITHOUT_MAP, SEED, options, sealed=salt is not None)
+    return run(stage, spec, out, salt=salt)[0]
+
+
+def drive_sealed(stage: Stage, out: Path) -> Path:
+    """The sealed run of wheel odometry, with a secret of its own."""
+    spec = stage.spec("wheel_odometry", Mode.WITHOUT_MAP, SEED, sealed=True)
+    with sealed(out):
         return run(stage, spec, out)[0]
 
 
 def test_noise_can_be_guessed_with_the_seed(stage: Stage, guests: Path, tmp_path: Path) -> None:
     """What sealing is for: somebody who knows the seed takes the noise off."""
-    guessed = estimation_error(drive(stage, tmp_path, "dice:Dice"))
-    assert guessed < 0.2 * estimation_error(drive(stage, tmp_path, "wheel_odometry"))
+    guessed = estimation_error(drive(stage, tmp_path, "dice:Dice", seed=SEED))
+    assert guessed < 0.2 * estimation_error(drive(stage, tmp_path, "dice:Dice"))
 
 
 @needs_wall
 def test_sealed_noise_cannot_be_guessed(stage: Stage, guests: Path, tmp_path: Path) -> None:
-    guessed = estimation_error(drive(stage, tmp_path, "dice:Dice", sealed=True))
-    assert guessed > 0.5 * estimation_error(drive(stage, tmp_path, "wheel_odometry", sealed=True))
-    assert not list(tmp_path.glob(".taskslam-seal"))
+    """The same noise for both, over several salts: what was never added can be taken off to no avail."""
+    salts = [f"{number:02x}" * 32 for number in range(20 if TORTURE else 3)]
+    guessed = [estimation_error(drive(stage, tmp_path / s[:2], "dice:Dice", s, seed=SEED)) for s in salts]
+    honest = [estimation_error(drive(stage, tmp_path / s[:2], "dice:Dice", s)) for s in salts]
+    print(f"guessed {sum(guessed) / len(salts):.4f} m, honest {sum(honest) / len(salts):.4f} m")
+    assert sum(guessed) > (0.9 if TORTURE else 0.5) * sum(honest)
 
 
 @needs_wall
 def test_a_sealed_run_is_repeated_with_its_salt_byte_for_byte(stage: Stage, tmp_path: Path) -> None:
-    first = drive(stage, tmp_path / "one", "wheel_odometry", sealed=True)
+    first = drive_sealed(stage, tmp_path / "one")
+    assert not list((tmp_path / "one").glob(".taskslam-seal"))
     manifest = load_run(first).manifest
     assert manifest.sealed
     assert manifest.salt is not None
     spec = stage.spec("wheel_odometry", Mode.WITHOUT_MAP, SEED, sealed=True)
     again, _ = run(stage, spec, tmp_path / "two", salt=manifest.salt)
-    other = drive(stage, tmp_path / "three", "wheel_odometry", sealed=True)
+    other = drive_sealed(stage, tmp_path / "three")
     for name in ("journal.jsonl", "round00/odometry.tum", "round00/estimate.tum", "spec.json"):
         assert (first / name).read_bytes() == (again / name).read_bytes(), name
     assert (first / "journal.jsonl").read_bytes() != (other / "journal.jsonl").read_bytes()

@@ -31,8 +31,8 @@ ROUNDS = 2
 
 
 def some(act: str, place: str) -> bool:
-    """Whether this one is tried in the test command too: half of the acts, each at some place."""
-    return TORTURE or PLACES[zlib.crc32(act.encode()) % 6 :][:1] == (place,)
+    """Whether this one is tried in the test command too: a third of the acts, each at some place."""
+    return TORTURE or PLACES[zlib.crc32(act.encode()) % 12 :][:1] == (place,)
 
 
 TRIED = [(act, place) for act in ACTS for place in PLACES if some(act, place)]

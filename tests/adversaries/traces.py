@@ -11,7 +11,7 @@ from taskslam.processes.guest import Limits
 from taskslam.processes.tree import children_of
 
 TORTURE = bool(os.environ.get("TASKSLAM_TORTURE"))
-LIMITS = Limits(1.5, 4.0, 1.0, memory_bytes=700 << 20, log_bytes=1 << 16)
+LIMITS = Limits(1.0, 2.5, 1.0, memory_bytes=700 << 20, log_bytes=1 << 16)
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 from collections.abc import Callable
+from dataclasses import asdict
 from importlib import resources
 from pathlib import Path
 
@@ -41,8 +43,11 @@ from taskslam.record import (
     RunEnded,
     RunWriter,
 )
+from taskslam.record.journal import JournalWriter
+from taskslam.record.resumption import Tally, add_tally
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
 from taskslam.robot import Robot, load_robot
+from taskslam.slam.cards import card_of
 from taskslam.slam.hector.mapper import HectorMapper
 from taskslam.slam.hector.settings import HectorSettings
 from taskslam.slam.map_archive import write_archive
@@ -243,6 +248,22 @@ def run(folder: Path) -> None:
                 "started_utc": "2030-01-01T00:00:00Z", "complete": False, "unjudged": {"2": "nobody watched"},
             }
         )  # fmt: skip
+
+
+def interrupted(folder: Path) -> None:
+    """What two rounds of a run without map leave that was then killed."""
+    journal = JournalWriter(folder / "journal.jsonl")
+    for number in range(2):
+        journal.write(RoundStarted(100 * number * SECOND, number, priming=False))
+        journal.write(RoundEnded((100 * number + 99) * SECOND, number, Outcome.REACHED, 900, 3))
+        tally = Tally(round=number, began_utc="2030-01-01T00:00:00Z", wall_s=1.0, compute_s=0.5, peak_bytes=1 << 20)
+        add_tally(folder / "tally.jsonl", tally)
+    journal.close()
+
+
+def card(folder: Path) -> None:
+    """A method's card, as it is kept."""
+    (folder / "karto.json").write_text(json.dumps(asdict(card_of("karto"))), encoding="utf-8")
 
 
 def metrics(folder: Path) -> None:

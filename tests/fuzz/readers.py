@@ -26,10 +26,12 @@ from taskslam.realworld.measured_file import load_measured
 from taskslam.realworld.setup_file import InsideOutSetup, OutsideInSetup, Place, RunSource, Setup, load_setup
 from taskslam.record import load_run
 from taskslam.record.journal import read_journal
+from taskslam.record.resumption import read_resumption
 from taskslam.record.trajectories import read_spatial_trajectory
 from taskslam.report import write_report
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
+from taskslam.slam.cards import read_kept_card
 from taskslam.slam.hector import map_file as hector_map_file
 from taskslam.slam.hector.mapper import HectorMapper
 from taskslam.slam.hector.settings import HectorSettings
@@ -77,6 +79,10 @@ def one(read: Callable[[Path], object]) -> Callable[[Path, str], object]:
 def whole(read: Callable[[Path], object]) -> Callable[[Path, str], object]:
     """Reads the folder."""
     return lambda folder, _: read(folder)
+
+
+def _resumption(folder: Path) -> None:
+    read_resumption(folder / "journal.jsonl", folder / "tally.jsonl")
 
 
 def _scenario(folder: Path, name: str) -> None:
@@ -181,7 +187,7 @@ examples.environment()
 _SHIPPED = ("taskslam.user_files",)
 _TABLES = ("taskslam.record.number_table", "taskslam.record.trajectories")
 _BAGS = ("taskslam.datasets.bag_access", "taskslam.datasets.bag_files", "taskslam.datasets.bag")
-_RUNS = ("taskslam.record.run_directory", "taskslam.record.journal")
+_RUNS = ("taskslam.record.run_directory", "taskslam.record.journal", "taskslam.record.digests", "taskslam.record.place")
 
 READERS = {
     reader.name: reader
@@ -204,6 +210,8 @@ READERS = {
         Reader("run", examples.run, whole(_run), (*_RUNS, "taskslam.realworld.measured_file"),
                only=("run.json", "journal.jsonl", ".tum", "arrivals.json")),
         Reader("journal", examples.run, one(read_journal), _RUNS, only=("journal.jsonl",)),
+        Reader("resumption", examples.interrupted, whole(_resumption), ("taskslam.record.resumption",)),
+        Reader("card", examples.card, one(partial(read_kept_card, method="karto")), ("taskslam.slam.cards",)),
         Reader("metrics", examples.metrics, whole(_metrics), ("taskslam.evaluation.metrics_file",),
                only=("metrics.json",)),
         Reader("report", examples.run, whole(_report), ("taskslam.report.page.photos", "taskslam.report.floor"), FEW),

@@ -24,6 +24,7 @@ from taskslam.cli import (
     tags,
     worlds,
 )
+from taskslam.cli.console import say
 from taskslam.version import __version__
 
 app = typer.Typer(
@@ -57,7 +58,7 @@ app.command("doctor")(doctor.doctor)
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"taskslam {__version__}")
+        say(f"taskslam {__version__}")
         raise typer.Exit
 
 

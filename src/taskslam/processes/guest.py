@@ -22,7 +22,6 @@ from typing import BinaryIO
 from taskslam.errors import DiskFullError, HostFailedError
 from taskslam.processes import compiled_cache
 from taskslam.processes.confine import hide_this_process
-from taskslam.processes.memory import kilobytes
 from taskslam.processes.scratch import Scratch
 from taskslam.processes.supervisor import REPORT
 from taskslam.processes.tree import Tree
@@ -359,19 +358,11 @@ class GuestProcess:
                 self.log_error = error
 
     def _check_memory(self) -> None:
-        resident, limit = self._tree.memory(), self._limits.memory_bytes
-        self.peak_memory = max(self.peak_memory, resident, _most_resident(self._guest))
+        (resident, most), limit = self._tree.memory(), self._limits.memory_bytes
+        self.peak_memory = max(self.peak_memory, resident, most)
         if resident > limit and not self.over_memory and self._tree.memory_of_its_own() > limit:
             self.over_memory = True
             self._supervisor.terminate()
-
-
-def _most_resident(process: int) -> int:
-    try:
-        with open(f"/proc/{process}/status", "rb") as file:  # noqa: PTH123
-            return kilobytes(file.read(), b"VmHWM:")
-    except (OSError, ValueError):  # it ended just now
-        return 0
 
 
 def _opened(log: Path) -> BinaryIO:

@@ -38,9 +38,10 @@ class Tree:
 
     def members(self) -> list[int]:
         """Their process ids. Looked for only if any process was made since anywhere, and a few times a second."""
-        newest, now = _newest_process(), time.monotonic()
-        if (newest != self._newest or not newest) and now - self._looked >= _LOOK_EVERY_S:
-            self._looked = now
+        if (now := time.monotonic()) - self._looked < _LOOK_EVERY_S:
+            return self._members
+        self._looked, newest = now, _newest_process()
+        if newest != self._newest or not newest:
             below: dict[int, list[int]] = defaultdict(list)
             for child, parent in parents().items():
                 below[parent].append(child)
@@ -51,9 +52,10 @@ class Tree:
             self._newest, self._members = newest, members
         return self._members
 
-    def memory(self) -> int:
-        """Bytes resident in all of them; pages that several share count once for each."""
-        return sum(map(_resident, self.members()))
+    def memory(self) -> tuple[int, int]:
+        """Bytes resident in all of them, pages that several share once for each; and the most that was in any one."""
+        held = [_resident(member) for member in self.members()]
+        return sum(now for now, _ in held), max((most for _, most in held), default=0)
 
     def memory_of_its_own(self) -> int:
         """Bytes resident in all of them, shared pages divided among their holders: exact, and slow to learn."""
@@ -68,18 +70,20 @@ def _newest_process() -> bytes:
         return b""
 
 
-def _resident(process: int) -> int:
+def _resident(process: int) -> tuple[int, int]:
+    """Bytes resident now, and at most so far."""
     try:
-        return kilobytes(_read(f"/proc/{process}/status"), b"VmRSS:")
+        status = _read(f"/proc/{process}/status")
+        return kilobytes(status, b"VmRSS:"), kilobytes(status, b"VmHWM:")
     except (OSError, ValueError):  # it ended just now
-        return 0
+        return 0, 0
 
 
 def _proportional(process: int) -> int:
     try:
         return kilobytes(_read(f"/proc/{process}/smaps_rollup"), b"\nPss:")
     except (OSError, ValueError):
-        return _resident(process)
+        return _resident(process)[0]
 
 
 def _read(file: str) -> bytes:

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
+from taskslam.errors import RecordError
+from taskslam.reading import open_file
+
 _RECORDED = ("journal.jsonl", "round*/*.tum")
+_NAME = re.compile(r"journal\.jsonl|round\d+/\w+\.tum")
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -19,10 +24,13 @@ def changed_files(folder: Path, expected: Mapping[str, str]) -> tuple[str, ...]:
     """A sentence for every file that is not what it was when the run was finished."""
     sentences = []
     for name, digest in expected.items():
+        if not _NAME.fullmatch(name):
+            sentences.append(f"{folder}: run.json holds a digest of '{name:.80}', which is no file of a run")
+            continue
         try:
             found = _digest(folder / name)
-        except OSError as error:
-            sentences.append(f"{folder / name}: cannot be read: {error.strerror}")
+        except RecordError as error:
+            sentences.append(str(error))
         else:
             if found != digest:
                 sentences.append(f"{folder / name}: has changed since the run was finished: its SHA-256 is another")
@@ -30,5 +38,5 @@ def changed_files(folder: Path, expected: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _digest(path: Path) -> str:
-    with path.open("rb") as file:
+    with open_file(path, "record", RecordError) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -17,7 +17,9 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from taskslam.errors import RecordError
 from taskslam.files import remove, sync_folder, writing
+from taskslam.reading import LARGEST_MANIFEST, read_bytes
 from taskslam.record.digests import changed_files
 from taskslam.record.manifest import MANIFEST_FILE, Manifest
 from taskslam.record.run_lock import RunLock
@@ -88,8 +90,9 @@ def _is_whole(folder: Path) -> bool:
     if not (folder / MANIFEST_FILE).is_file() or not is_plain(folder):
         return False
     try:
-        manifest = Manifest.model_validate_json((folder / MANIFEST_FILE).read_bytes())
-    except (OSError, ValidationError):
+        content = read_bytes(folder / MANIFEST_FILE, "run", RecordError, LARGEST_MANIFEST)
+        manifest = Manifest.model_validate_json(content)
+    except (RecordError, ValidationError):
         return False
     return not changed_files(folder, manifest.files)
 

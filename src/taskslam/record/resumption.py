@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from taskslam.errors import RecordError
 from taskslam.files import writing
 from taskslam.outcomes import Outcome
+from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, read_bytes
 from taskslam.record.events import Event, GoalFailed, MethodNotice, RoundEnded, decode_event
 
 TALLY = "tally.jsonl"
@@ -129,8 +130,9 @@ def read_resumption(journal: Path, tally: Path, dice: str = "") -> Resumption:
     dice: rounds with other noise do not count.
     """
     try:
-        lines, tallies = journal.read_bytes().split(b"\n")[:-1], _read_tallies(tally)
-    except OSError:
+        lines = read_bytes(journal, "journal", RecordError, LARGEST_JOURNAL).split(b"\n")[:-1]
+        tallies = _read_tallies(tally)
+    except RecordError:
         return Resumption()
     events: list[Event] = []
     found, size = Resumption(), 0
@@ -158,7 +160,7 @@ def add_tally(path: Path, tally: Tally) -> None:
 def _read_tallies(path: Path) -> dict[int, Tally]:
     """The last line of each round: one that was driven again has two. A line that was cut off is passed over."""
     tallies = {}
-    for line in path.read_bytes().split(b"\n"):
+    for line in read_bytes(path, "tally", RecordError, LARGEST_MANIFEST).split(b"\n"):
         with contextlib.suppress(ValidationError):
             tally = Tally.model_validate_json(line)
             tallies[tally.round] = tally

@@ -31,7 +31,7 @@ from pydantic import ValidationError
 from taskslam.errors import RecordError
 from taskslam.files import remove, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
-from taskslam.reading import LARGEST_MANIFEST, is_there, read_json
+from taskslam.reading import LARGEST_MANIFEST, is_there, read_json, read_text
 from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
@@ -337,8 +337,8 @@ def _rounds(count: int) -> str:
 
 def _text(path: Path) -> str | None:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        return read_text(path, "run's spec", RecordError, LARGEST_MANIFEST)
+    except RecordError:
         return None
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import time
 from collections import defaultdict
 from collections.abc import Sequence
@@ -14,7 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from taskslam.errors import InputError, MethodUnavailableError, TaskSlamError
-from taskslam.files import write_whole
 from taskslam.printable import one_line
 from taskslam.processes import messages
 from taskslam.processes.guest import GuestProcess, Limits, Program
@@ -153,19 +153,24 @@ def _keep(state: MethodState) -> None:
         return
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(file, json.dumps(dataclasses.asdict(state.card)))
-    except (OSError, TaskSlamError):  # it is asked again next time
+        partial = file.with_suffix(f".{os.getpid()}")  # whole or absent, and no matter if a crash takes it
+        partial.write_text(json.dumps(dataclasses.asdict(state.card)), encoding="utf-8")
+        partial.replace(file)
+    except OSError:  # it is asked again next time
         return
 
 
 def _kept(entry: MethodEntry) -> MethodCard | None:
     file = _file(entry)
-    if file is None:
-        return None
     try:
-        return read_card(entry.name, {"card": read_json(file, "card", InputError, LARGEST_WRITTEN_BY_HAND)})
+        return None if file is None else read_kept_card(file, entry.name)
     except InputError:
         return None
+
+
+def read_kept_card(file: Path, method: str) -> MethodCard:
+    """A card that was kept. Raises InputError: it cannot be read, or is not valid."""
+    return read_card(method, {"card": read_json(file, "card", InputError, LARGEST_WRITTEN_BY_HAND)})
 
 
 def _file(entry: MethodEntry) -> Path | None:

@@ -48,7 +48,7 @@ def read_card(method: str, answer: messages.Header) -> MethodCard:
                 f" s; expected 0 to {_LONGEST_LATENCY_S:g} s, 1 to {_LONGEST_QUEUE}, 0 to {_LONGEST_STILL_START_S:g} s"
             )
         return card
-    except (KeyError, TypeError, ValueError, OverflowError, InputError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError, InputError) as error:
         raise InputError(f"method '{method}': its card is not valid: {printable(str(error), _LONGEST_TEXT)}") from error
 
 

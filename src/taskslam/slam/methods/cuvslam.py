@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from taskslam.errors import InputError
 from taskslam.geometry import FloatArray
@@ -100,6 +99,8 @@ class Cuvslam(SlamMethod):
         if estimate is None:
             return None
         T_odom_base = np.eye(4)
+        from scipy.spatial.transform import Rotation
+
         T_odom_base[:3, :3] = Rotation.from_quat(estimate.rotation_xyzw).as_matrix()
         T_odom_base[:3, 3] = estimate.translation
         return PoseEstimate(measurement.stamp, self._frame.pose(T_odom_base), Status.TRACKING)
@@ -116,4 +117,6 @@ def camera_mounts(camera: StereoCamera) -> tuple[FloatArray, FloatArray]:
 
 def _transform(T: FloatArray) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Translation and quaternion x, y, z, w."""
+    from scipy.spatial.transform import Rotation
+
     return tuple(T[:3, 3].tolist()), tuple(Rotation.from_matrix(T[:3, :3]).as_quat().tolist())

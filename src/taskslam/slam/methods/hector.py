@@ -24,18 +24,18 @@ metre, which a map without loops never takes back); a rolling scan is taken as a
 from __future__ import annotations
 
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from taskslam.errors import InputError
 from taskslam.geometry import SE2
 from taskslam.measurements import LaserScan, Measurement, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod
-from taskslam.slam.hector.map_file import read_map, write_map
-from taskslam.slam.hector.mapper import HectorMapper, warm_up
 from taskslam.slam.hector.settings import HectorSettings
-from taskslam.slam.karto.scan_points import scan_to_points
 from taskslam.slam.option_settings import read_options
+
+if TYPE_CHECKING:
+    from taskslam.slam.hector.mapper import HectorMapper
 
 
 class Hector(SlamMethod):
@@ -65,6 +65,8 @@ class Hector(SlamMethod):
         if rig.lidar_2d is None:
             raise InputError("hector needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
         self._T_base_laser = rig.lidar_2d.mount.matrix()
+        from taskslam.slam.hector.mapper import HectorMapper, warm_up  # numba comes with it: not to read a card
+
         warm_up(self._settings)
         self._mapper = HectorMapper(self._settings)
 
@@ -72,6 +74,8 @@ class Hector(SlamMethod):
         """A live pose for every scan; None for anything else."""
         if not isinstance(measurement, LaserScan):
             return None
+        from taskslam.slam.karto.scan_points import scan_to_points
+
         mapper = self._started()
         scan = scan_to_points(measurement, self._T_base_laser, self._settings.laser_max_dist)
         outcome = mapper.process(scan, measurement.stamp)
@@ -79,12 +83,15 @@ class Hector(SlamMethod):
 
     def save_map(self, path: Path) -> None:
         """Write the levels of the map to one npz file."""
+        from taskslam.slam.hector.map_file import write_map
+
         write_map(Path(path), self._started(), self._settings)
 
     def load_map(self, path: Path) -> None:
         """Continue a saved map with the robot at the map's start pose; the settings stay those of this method."""
-        self._started()
-        mapper = HectorMapper(self._settings)
+        from taskslam.slam.hector.map_file import read_map
+
+        mapper = type(self._started())(self._settings)
         read_map(Path(path), mapper)
         self._mapper = mapper
 

@@ -31,7 +31,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -40,11 +40,11 @@ from taskslam.geometry import SE2
 from taskslam.measurements import LaserScan, Measurement, Sensor, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.karto.map_file import read_map, write_map
-from taskslam.slam.karto.mapper import Mapper, warm_up
 from taskslam.slam.karto.odometry_history import OdometryHistory
-from taskslam.slam.karto.scan_points import scan_to_points
 from taskslam.slam.karto.settings import KartoSettings
+
+if TYPE_CHECKING:
+    from taskslam.slam.karto.mapper import Mapper
 
 _WHOLE_TURN = 2 * np.pi * 0.95
 
@@ -86,6 +86,8 @@ class Karto(SlamMethod):
         if rig.lidar_2d is None:
             raise InputError("karto needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
         self._T_base_laser = rig.lidar_2d.mount.matrix()
+        from taskslam.slam.karto.mapper import Mapper, warm_up  # numba comes with it: not to read a card
+
         warm_up(self._settings)
         self._mapper = Mapper(self._settings)
         self._odometry = OdometryHistory()
@@ -100,6 +102,8 @@ class Karto(SlamMethod):
         return self._scan(measurement)
 
     def _scan(self, scan: LaserScan) -> PoseEstimate:
+        from taskslam.slam.karto.scan_points import scan_to_points
+
         mapper = self._started()
         if not len(self._odometry):
             # The first scan may come before any odometry: the robot has not moved yet.
@@ -115,12 +119,15 @@ class Karto(SlamMethod):
 
     def save_map(self, path: Path) -> None:
         """Write keyframes, edges and settings to one npz file."""
+        from taskslam.slam.karto.map_file import write_map
+
         write_map(Path(path), self._started(), self._settings)
 
     def load_map(self, path: Path) -> None:
         """Continue a saved map with the robot at the map's start pose; the settings stay those of this method."""
-        self._started()
-        mapper = Mapper(self._settings)
+        from taskslam.slam.karto.map_file import read_map
+
+        mapper = type(self._started())(self._settings)
         read_map(Path(path), mapper)
         self._mapper = mapper
 
