@@ -1,7 +1,8 @@
 """What light each pixel receives: texture times light, once for every pixel that the rasterizer found a triangle for.
 
-A row's pixels on one triangle are shaded in short segments. Texture coordinates are exact for each pixel; the level of
-detail and the direction in which a slanted surface stretches the pixel are worked out once for a segment.
+A row's pixels on one triangle are shaded in segments of sixteen (`pixel_lanes.py`). Texture coordinates are exact for
+each pixel; the level of detail and the direction in which a slanted surface stretches the pixel are worked out once for
+a segment.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ import math
 import numpy as np
 
 from taskslam.compiled import njit
+from taskslam.simulation.rendering.pixel_lanes import LANES, shade_lanes
 from taskslam.simulation.rendering.rasterizer import screen_planes
 
-_SEGMENT = 16
 _PROBES = 4  # texture samples along the direction in which a slanted surface stretches a pixel, at most
 _PROBES_PER_STRETCH = 0.7
 _COARSEST = 11  # the last level of every texture in the atlas
@@ -32,7 +33,8 @@ def shade(  # type: ignore[no-untyped-def]
     pinhole; background: value where nothing is seen.
     """
     columns = seen.shape[1]
-    planes = np.zeros((3, 3))
+    planes = np.empty((len(triangles), 3, 3))  # of the triangles met so far
+    side = np.full(len(triangles), -1, np.int8)  # which one is seen, -1 of those not met yet
     p = np.empty((3, 3))
     for row in range(top, bottom):
         column = 0
@@ -45,56 +47,60 @@ def shade(  # type: ignore[no-untyped-def]
                 out[row, column:end] = background
                 column = end
                 continue
-            for k in range(3):
-                vertex = triangles[name, k]
-                for axis in range(3):
-                    p[k, axis] = (
-                        rotation[axis, 0] * (vertices[vertex, 0] - position[0])
-                        + rotation[axis, 1] * (vertices[vertex, 1] - position[1])
-                        + rotation[axis, 2] * (vertices[vertex, 2] - position[2])
-                    )
-            scale = screen_planes(p[0], p[1], p[2], numbers, planes)
-            side = 0 if scale < 0.0 else 1
+            if side[name] < 0:
+                for k in range(3):
+                    vertex = triangles[name, k]
+                    for axis in range(3):
+                        p[k, axis] = (
+                            rotation[axis, 0] * (vertices[vertex, 0] - position[0])
+                            + rotation[axis, 1] * (vertices[vertex, 1] - position[1])
+                            + rotation[axis, 2] * (vertices[vertex, 2] - position[2])
+                        )
+                side[name] = 0 if screen_planes(p[0], p[1], p[2], numbers, planes[name]) < 0.0 else 1
             _shade_run(
-                row, column, planes, texel_uv[name], cells[name], light_offset[name], light[side],
-                texels, offset[entry[name]], width_log2[entry[name]], height_log2[entry[name]],
-                out[row, column:end],
+                row, column, end, name, planes, side[name], texel_uv, cells, light_offset, light,
+                texels, offset, entry[name], width_log2[entry[name]], height_log2[entry[name]], out,
             )  # fmt: skip
             column = end
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _shade_run(  # type: ignore[no-untyped-def]
-    row, begin, planes, uv, cells, light_offset, light, texels, offset, width_log2, height_log2, out
+    row, begin, end, name, planes, side, texel_uv, all_cells, light_offset, light, texels, offset, entry, width_log2,
+    height_log2, out,
 ):  # fmt: skip
-    """Shade `out`, the columns of a row from `begin` on, all on one triangle."""
-    x0, y0 = float(uv[0, 0]), float(uv[0, 1])
-    x1, y1 = uv[1, 0] - x0, uv[1, 1] - y0
-    x2, y2 = uv[2, 0] - x0, uv[2, 1] - y0
+    """Shade columns begin..end of a row, all on the triangle `name`. Arrays come whole: views of them cost time."""
+    cells, light_begin = all_cells[name], light_offset[name]
+    x0, y0 = float(texel_uv[name, 0, 0]), float(texel_uv[name, 0, 1])
+    x1, y1 = texel_uv[name, 1, 0] - x0, texel_uv[name, 1, 1] - y0
+    x2, y2 = texel_uv[name, 2, 0] - x0, texel_uv[name, 2, 1] - y0
     # Affine numerators of the texel coordinates: x = X / N, y = Y / N.
-    na, nb = planes[0, 0], planes[0, 1]
-    n_start = planes[0, 0] * begin + planes[0, 1] * row + planes[0, 2]
-    s_start = planes[1, 0] * begin + planes[1, 1] * row + planes[1, 2]
-    t_start = planes[2, 0] * begin + planes[2, 1] * row + planes[2, 2]
-    xa, xb = x1 * planes[1, 0] + x2 * planes[2, 0], x1 * planes[1, 1] + x2 * planes[2, 1]
-    ya, yb = y1 * planes[1, 0] + y2 * planes[2, 0], y1 * planes[1, 1] + y2 * planes[2, 1]
+    na, nb = planes[name, 0, 0], planes[name, 0, 1]
+    sa, sb = planes[name, 1, 0], planes[name, 1, 1]
+    ta, tb = planes[name, 2, 0], planes[name, 2, 1]
+    n_start = na * begin + nb * row + planes[name, 0, 2]
+    s_start = sa * begin + sb * row + planes[name, 1, 2]
+    t_start = ta * begin + tb * row + planes[name, 2, 2]
+    xa, xb = x1 * sa + x2 * ta, x1 * sb + x2 * tb
+    ya, yb = y1 * sa + y2 * ta, y1 * sb + y2 * tb
     x_start, y_start = x1 * s_start + x2 * t_start, y1 * s_start + y2 * t_start
+    wide, high = float(1 << width_log2), float(1 << height_log2)
     # The light at a segment's end is the next one's beginning.
-    next_lit = _light(light, light_offset, cells, s_start / n_start, t_start / n_start)
-    for left in range(0, len(out), _SEGMENT):
-        right = min(left + _SEGMENT, len(out))
+    next_lit = _light(light, side, light_begin, cells, s_start / n_start, t_start / n_start)
+    for left in range(0, end - begin, LANES):
+        right = min(left + LANES, end - begin)
         last = float(right - 1)
         inverse = 1.0 / (n_start + na * last)
         lit = next_lit
-        u, v = (s_start + planes[1, 0] * last) * inverse, (t_start + planes[2, 0] * last) * inverse
-        next_lit = _light(light, light_offset, cells, u, v)
+        next_lit = _light(
+            light, side, light_begin, cells, (s_start + sa * last) * inverse, (t_start + ta * last) * inverse
+        )
         middle = 0.5 * (left + last)
         inverse = 1.0 / (n_start + na * middle)
         x, y = (x_start + xa * middle) * inverse, (y_start + ya * middle) * inverse
-        across_x, across_y = (xa - x * na) * inverse, (ya - y * na) * inverse
+        step_x, step_y = (xa - x * na) * inverse, (ya - y * na) * inverse
         down_x, down_y = (xb - x * nb) * inverse, (yb - y * nb) * inverse
-        long, short = across_x * across_x + across_y * across_y, down_x * down_x + down_y * down_y
-        step_x, step_y = across_x, across_y
+        long, short = step_x * step_x + step_y * step_y, down_x * down_x + down_y * down_y
         if short > long:
             long, short = short, long
             step_x, step_y = down_x, down_y
@@ -111,55 +117,37 @@ def _shade_run(  # type: ignore[no-untyped-def]
         blend = np.float32(min(max((detail - level - 0.25) * 2.0, 0.0), 1.0))
         if blend == np.float32(1.0):
             level, blend = level + 1, np.float32(0.0)
-        w, h = max(width_log2 - level, 0), max(height_log2 - level, 0)
-        next_w, next_h = max(w - 1, 0), max(h - 1, 0)
-        scale_x, scale_y = 1.0 / (1 << (width_log2 - w)), 1.0 / (1 << (height_log2 - h))
-        next_x, next_y = 1.0 / (1 << (width_log2 - next_w)), 1.0 / (1 << (height_log2 - next_h))
-        fine_begin, coarse_begin = offset[level], offset[min(level + 1, _COARSEST)]
         step_x, step_y = step_x / probes, step_y / probes
-        x_first = x0 - step_x * 0.5 * (probes - 1)
-        y_first = y0 - step_y * 0.5 * (probes - 1)
+        back = -0.5 * (probes - 1)
+        # Whole repeats are taken off, so that float32 tells places within a texel.
+        base_x = x0 - math.floor((x + x0) / wide) * wide
+        base_y = y0 - math.floor((y + y0) / high) * high
         share = np.float32(1.0 / (255.0 * probes))
         known_at = max(left - 1, 0)
         brighter = (next_lit - lit) * share / np.float32(max(right - 1 - known_at, 1))
-        lit *= share
-        for i in range(left, right):
-            along = float(i)
-            inverse = 1.0 / (n_start + na * along)
-            x = (x_start + xa * along) * inverse + x_first
-            y = (y_start + ya * along) * inverse + y_first
-            value = np.float32(0.0)
-            for _ in range(probes):
-                fine = _texel(texels, fine_begin, x * scale_x, y * scale_y, w, h)
-                if blend > np.float32(0.0):
-                    coarse = _texel(texels, coarse_begin, x * next_x, y * next_y, next_w, next_h)
-                    fine += blend * (coarse - fine)
-                value += fine
-                x += step_x
-                y += step_y
-            out[i] = value * (lit + brighter * np.float32(i - known_at))
+        shade_lanes(
+            out, row, begin + left, right - left, left,
+            (n_start, na, x_start, xa, y_start, ya, base_x, base_y),
+            probes,
+            (np.float32(back * step_x), np.float32(back * step_y), np.float32(step_x), np.float32(step_y)),
+            texels,
+            _level(offset, entry, level, width_log2, height_log2),
+            _level(offset, entry, min(level + 1, _COARSEST), width_log2, height_log2),
+            blend,
+            (lit * share + brighter * np.float32(left - known_at), brighter),
+        )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _texel(texels, begin, x, y, width_log2, height_log2):  # type: ignore[no-untyped-def]
-    """Bilinear value 0..255 of a repeating texture's level at coordinates x, y in its own texels."""
-    x -= 0.5
-    y -= 0.5
-    column, row = math.floor(x), math.floor(y)
-    fx, fy = np.float32(x - column), np.float32(y - row)
-    across, down = (1 << width_log2) - 1, (1 << height_log2) - 1
-    left, right = column & across, (column + 1) & across
-    upper, lower = begin + ((row & down) << width_log2), begin + (((row + 1) & down) << width_log2)
-    # Unsigned indices, since numba would look for negative ones that count from the end.
-    a, b = np.float32(texels[np.uint64(upper + left)]), np.float32(texels[np.uint64(upper + right)])
-    c, d = np.float32(texels[np.uint64(lower + left)]), np.float32(texels[np.uint64(lower + right)])
-    a += fx * (b - a)
-    c += fx * (d - c)
-    return a + fy * (c - a)
+def _level(offset, entry, level, width_log2, height_log2):  # type: ignore[no-untyped-def]
+    """A texture's level as `shade_lanes` takes it."""
+    width, height = max(width_log2 - level, 0), max(height_log2 - level, 0)
+    scale_x, scale_y = 1.0 / (1 << (width_log2 - width)), 1.0 / (1 << (height_log2 - height))
+    return offset[entry, level], np.int32(width), np.int32(height), np.float32(scale_x), np.float32(scale_y)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _light(light, begin, cells, u, v):  # type: ignore[no-untyped-def]
+def _light(light, side, begin, cells, u, v):  # type: ignore[no-untyped-def]
     """Linear interpolation in a triangle's grid of light samples."""
     u, v = min(max(u, 0.0), 1.0) * cells, min(max(v, 0.0), 1.0) * cells
     j = min(int(v), cells - 1)
@@ -167,7 +155,8 @@ def _light(light, begin, cells, u, v):  # type: ignore[no-untyped-def]
     fu, fv = np.float32(u - i), np.float32(v - j)
     here = begin + j * (cells + 1) - j * (j - 1) // 2 + i
     above = here + cells + 1 - j
+    right, higher = light[side, here + 1], light[side, above]
     if fu + fv <= np.float32(1.0) or i + j == cells - 1:
-        return light[here] + fu * (light[here + 1] - light[here]) + fv * (light[above] - light[here])
-    far = light[above + 1]
-    return far + (np.float32(1.0) - fu) * (light[above] - far) + (np.float32(1.0) - fv) * (light[here + 1] - far)
+        return light[side, here] + fu * (right - light[side, here]) + fv * (higher - light[side, here])
+    far = light[side, above + 1]
+    return far + (np.float32(1.0) - fu) * (higher - far) + (np.float32(1.0) - fv) * (right - far)

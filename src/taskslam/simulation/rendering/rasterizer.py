@@ -386,4 +386,4 @@ def _is_opaque(column, row, name, planes, holes):  # type: ignore[no-untyped-def
     height = max(height_log2[entry] - level, 0)
     column_texel = math.floor(x * 2.0 ** (width - width_log2[entry])) & ((1 << width) - 1)
     row_texel = math.floor(y * 2.0 ** (height - height_log2[entry])) & ((1 << height) - 1)
-    return opacity[offset[entry, level] + (row_texel << width) + column_texel] >= 128
+    return opacity[offset[entry, level] + (row_texel << width) + row_texel + column_texel] >= 128

@@ -22,15 +22,17 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear RGB, ITU
 
 _LARGEST_LOG2 = 11
 _LEVELS = _LARGEST_LOG2 + 1
+_WORD = 4  # bytes: a renderer reads texels by words, the last one too
 
 
 @dataclass(frozen=True)
 class TextureAtlas:
     """E textures.
 
-    planes: (1 or 3, N) uint8, grey or red, green and blue; opacity: (N,) uint8, or empty if no texture has holes;
-    offset: (E, 12) int64 where each level begins; width, height: (E,) int64 base-2 logarithms of the first level's
-    size; entry: (M,) int32 texture of each of the world's materials, -1 where it is clear all over; holes: (E,) bool.
+    planes: (1 or 3, N) uint8, grey or red, green and blue, each row of texels ending with its first once more; opacity:
+    (N,) uint8 likewise, or empty if no texture has holes; offset: (E, 12) int64 where each level begins; width, height:
+    (E,) int64 base-2 logarithms of the first level's size; entry: (M,) int32 texture of each of the world's materials,
+    -1 where it is clear all over; holes: (E,) bool.
     """
 
     planes: npt.NDArray[np.uint8]
@@ -76,19 +78,24 @@ def _packed(pyramids: list[_Pyramid], entry: npt.NDArray[np.int32], channels: in
         for level in range(_LEVELS):
             if level < len(pyramid.colour):
                 offset[e, level] = end
-                end += pyramid.colour[level].shape[0] * pyramid.colour[level].shape[1]
+                end += pyramid.colour[level].shape[0] * (pyramid.colour[level].shape[1] + 1)
             else:
-                offset[e, level] = end - 1  # the single texel that ends every pyramid
-    planes = np.zeros((channels, max(end, 1)), np.uint8)
+                offset[e, level] = end - 2  # the single texel that ends every pyramid
+    planes = np.zeros((channels, end + _WORD), np.uint8)
     holes = np.array([pyramid.opacity is not None for pyramid in pyramids], bool)
     opacity = np.full(end if holes.any() else 0, 255, np.uint8)
     for e, pyramid in enumerate(pyramids):
         for level, colour in enumerate(pyramid.colour):
-            span = slice(offset[e, level], offset[e, level] + colour.shape[0] * colour.shape[1])
-            planes[:, span] = colour.reshape(-1, channels).T
+            span = slice(offset[e, level], offset[e, level] + colour.shape[0] * (colour.shape[1] + 1))
+            planes[:, span] = _closed(colour).reshape(-1, channels).T
             if pyramid.opacity is not None:
-                opacity[span] = pyramid.opacity[level].ravel()
+                opacity[span] = _closed(pyramid.opacity[level]).ravel()
     return TextureAtlas(planes, opacity, offset, size[1], size[0], entry, holes)
+
+
+def _closed(level: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """The same with each row's first texel at its end once more: neighbours always lie side by side."""
+    return np.concatenate([level, level[:, :1]], axis=1)
 
 
 def _pyramid(look: Material, color: bool) -> _Pyramid:
