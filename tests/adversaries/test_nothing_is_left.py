@@ -50,7 +50,7 @@ def test_no_daemon_lives_when_its_method_has_ended(
     assert daemons_of(marker) == []
 
 
-def test_daemons_of_a_method_that_crashes_end_too(guests: Path, tmp_path: Path) -> None:
+def test_daemons_of_a_method_that_crashes_end_too(guests: Path, tmp_path: Path, own_temporary_folder: Path) -> None:
     before = Traces.now()
     rig = load_robot("turtlebot2").rig
     host = MethodHost("daemons:Daemons", {"count": 5, "then": "segfault"}, rig, tmp_path / "log", None, LIMITS)

@@ -27,6 +27,6 @@ class Traces:
     def now(cls) -> Traces:
         """As it is."""
         scratch = frozenset(path.name for path in Path(tempfile.gettempdir()).glob("taskslam-*"))
-        shared = frozenset(path.name for path in Path("/dev/shm").iterdir())
+        shared = frozenset(path.name for path in Path("/dev/shm").iterdir()) - {"left-behind"}  # of `sharing.py`
         descriptors = len(list(Path("/proc/self/fd").iterdir()))
         return cls(frozenset(children_of(os.getpid())), descriptors, scratch, shared)

@@ -121,7 +121,7 @@ class _Child:
         reply: messages.Header = {"say": "done", "number": number, "compute": compute}
         if self._pacer is not None and is_frame:
             # Its threads share the work of a frame, but where others hold the cores, the wall clock tells too much.
-            reply["took"] = min(self._pacer.took(), compute)
+            reply["took"] = min(max(self._pacer.took(), 0), compute)
         if self._images is not None and (released := self._images.released()):
             reply["released"] = released
         answer: messages.Arrays = {}
