@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from adversaries.traces import LIMITS, TORTURE, Traces
+from adversaries.traces import LIMITS, TORTURE, Traces, impatient
 from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import InputError, TaskSlamError
@@ -52,7 +52,7 @@ def stage(make_stage) -> Stage:
 def tour(stage: Stage, out: Path, act: str, place: str) -> RunRecord:
     """The finished run of a method that does an act at a place."""
     spec = stage.spec("adversary:Adversary", Mode.WITHOUT_MAP, options={"act": act, "place": place})
-    directory, _ = run(stage, spec, out, limits=LIMITS)
+    directory, _ = run(stage, spec, out, limits=impatient(place))
     return load_run(directory)
 
 
@@ -125,7 +125,7 @@ def test_an_act_while_it_is_imported_ends_no_benchmark(
 ) -> None:
     from taskslam.slam import cards
 
-    monkeypatch.setattr(cards, "_LIMITS", LIMITS)
+    monkeypatch.setattr(cards, "_LIMITS", impatient("feed"))
     monkeypatch.setenv("TASKSLAM_METHOD_IMPORT", act)
     before = Traces.now()
     try:

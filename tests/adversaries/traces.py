@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from taskslam.processes.guest import Limits
 from taskslam.processes.tree import children_of
 
 TORTURE = bool(os.environ.get("TASKSLAM_TORTURE"))
-LIMITS = Limits(1.0, 2.5, 1.0, memory_bytes=700 << 20, log_bytes=1 << 16)
+LIMITS = Limits(10.0, 30.0, 1.0, memory_bytes=700 << 20, log_bytes=1 << 16)
+
+
+def impatient(place: str) -> Limits:
+    """Limits that tell a hang at this place soon, and leave a busy machine its time at all others."""
+    soon = {"feed": {"frame_timeout_s": 1.0}, "start": {"start_timeout_s": 2.5}, "construct": {"start_timeout_s": 2.5}}
+    return replace(LIMITS, **soon.get(place, {}))
 
 
 @dataclass(frozen=True)
