@@ -116,7 +116,15 @@ def test_a_failure_while_it_is_stopped_is_a_notice_and_stands_in_run_json(
     assert sum(isinstance(e, MethodNotice) and words in e.text for e in record.events) == ROUNDS
 
 
-IMPORTED = ["exits_0", "exits_at_once_0", "segfault", "raises_escapes", "patches_python", "hangs"]
+IMPORTED = [
+    "exits_0",
+    "exits_at_once_0",
+    "segfault",
+    "raises_escapes",
+    "patches_python",
+    "hangs",
+    "forges_an_input_error",
+]
 
 
 @pytest.mark.parametrize("act", [*ACTS] if TORTURE else IMPORTED)

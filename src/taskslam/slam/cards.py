@@ -131,10 +131,15 @@ def _answers(process: GuestProcess, names: Sequence[str]) -> tuple[list[messages
                 return answers, "did not answer"
             if not data:
                 return answers, process.ending()
-            answers += [header for header, _ in reader.messages(data)]
+            for header, _ in reader.messages(data):
+                if header.get("method") != names[len(answers)] or not ("card" in header or "problem" in header):
+                    return answers, "said what is no description"
+                answers.append(header)
+                if len(answers) == len(names):
+                    break
     except TaskSlamError as error:
         return answers, f"said what is no description ({one_line(str(error), _LONGEST_PROBLEM)})"
-    return answers[: len(names)], ""
+    return answers, ""
 
 
 def _state(entry: MethodEntry, answer: messages.Header) -> MethodState:
