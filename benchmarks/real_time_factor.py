@@ -16,15 +16,13 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from common import aws_world, machine_line, pin_to_one_core
+from common import machine_line, pin_to_one_core, small_house
 from taskslam.benchmark.run import run
-from taskslam.benchmark.stage import Stage, set_stage
+from taskslam.benchmark.stage import Stage
 from taskslam.measurements import Sensor
 from taskslam.mode import Mode
-from taskslam.observer import Observer
 from taskslam.processes.memory import own_peak_memory
 from taskslam.record.run_directory import load_run
-from taskslam.scenario import load_scenario
 from taskslam.slam.methods.ground_truth import GroundTruth
 
 
@@ -65,12 +63,7 @@ def main() -> None:
     parser.add_argument("--robot", default="turtlebot2", help="a preset or a robot file, of a slower camera say")
     asked = parser.parse_args()
     suites = {"": ("methods", tuple(asked.methods))} if asked.methods else {name: SUITES[name] for name in asked.suites}
-    world = aws_world("aws_small_house")
-    name = "aws_small_house" if world else "house"
-    path = list(range(asked.goals + 1))
-    overrides = [f"protocol.rounds={asked.rounds}", f"sequence.path={path}", f"robot={asked.robot}"]
-    scenario = load_scenario(name, overrides)
-    stage = set_stage(scenario, [world] if world else [], Observer())
+    name, stage = small_house(asked.goals, asked.rounds, asked.robot)
     with tempfile.TemporaryDirectory() as folder:
         run(stage, stage.spec("karto", Mode.WITHOUT_MAP, seed=99), Path(folder))  # compiles and fills caches
         pin_to_one_core()

@@ -18,17 +18,16 @@ from pathlib import Path
 from threading import get_ident
 from typing import Any
 
-from common import aws_world, machine_line, pin_to_one_core
+from common import machine_line, pin_to_one_core, small_house
 from real_time_factor import SUITES
 from taskslam.benchmark.run import run
-from taskslam.benchmark.stage import Stage, set_stage
+from taskslam.benchmark.stage import Stage
 from taskslam.measurements import NANOSECONDS
 from taskslam.mode import Mode
 from taskslam.navigation.navigator import Navigator
 from taskslam.observer import Observer
 from taskslam.processes.guest import GuestProcess
 from taskslam.record.run_directory import RunWriter
-from taskslam.scenario import load_scenario
 from taskslam.simulation.rendering import scene
 from taskslam.simulation.sensors import camera
 from taskslam.simulation.sensors.exposure import AutomaticExposure
@@ -153,10 +152,7 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", metavar="NAME", help="these methods, instead of suites")
     asked = parser.parse_args()
     suites = {"": ("methods", tuple(asked.methods))} if asked.methods else {name: SUITES[name] for name in asked.suites}
-    world = aws_world("aws_small_house")
-    name = "aws_small_house" if world else "house"
-    scenario = load_scenario(name, ["protocol.rounds=1", f"sequence.path={list(range(asked.goals + 1))}"])
-    stage = set_stage(scenario, [world] if world else [], Observer())
+    name, stage = small_house(asked.goals)
     with tempfile.TemporaryDirectory() as folder:
         run(stage, stage.spec("karto", Mode.WITHOUT_MAP, seed=99), Path(folder))  # compiles and fills caches
         pin_to_one_core()

@@ -15,9 +15,8 @@ from taskslam.slam.base import MethodCard
 def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed: Iterable[Path]) -> Wall:
     """The wall around a method. card: as it was described, None where nothing is known; named: files in its options.
 
-    Files that the user names in variables meant for methods are open too.
-
-    closed: folders of results. The folder that holds the code of a method in the user's own stays open in these.
+    closed: folders of results. The folder that holds the code of a method in the user's own stays open in these. Files
+    that the user names in variables meant for methods are open too.
     """
     here = working_folder() if ":" in method else None
     local = () if here is None else (here,)
