@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from taskslam.errors import DiskFullError, HostFailedError
+from taskslam.printable import one_line
 from taskslam.processes import compiled_cache
 from taskslam.processes.confine import hide_this_process
 from taskslam.processes.scratch import Scratch
@@ -275,8 +276,8 @@ class GuestProcess:
         self._watcher.join(timeout=1.0)  # it ends with the child, once all output is read
         said = self._last_output.decode(errors="replace").partition(_PYTHON_TELLS)[0].split("\n")
         line = next((line.strip() for line in reversed(said) if line.strip()), "")
-        printable = "".join(c for c in line if c.isprintable())
-        return f' after printing "{printable[:_LONGEST_WORDS]}"' if printable else ""
+        shown = one_line(line, _LONGEST_WORDS)
+        return f' after printing "{shown}"' if shown else ""
 
     def end(self, grace_s: float) -> str:
         """Wait `grace_s` for the child to end by itself, then kill it; all that it started ends with it. Idempotent.
