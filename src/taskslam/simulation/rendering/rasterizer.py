@@ -15,6 +15,8 @@ import numpy.typing as npt
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
+from taskslam.simulation.rendering.drawing_lanes import draw_lanes, span_lanes
+from taskslam.simulation.rendering.lanes import LANES
 from taskslam.simulation.rendering.triangle_blocks import TriangleBlocks
 
 _LEFT, _RIGHT, _ABOVE, _BELOW, _NEAR, _FAR = 1, 2, 4, 8, 16, 32
@@ -185,7 +187,7 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
     codes = np.empty(most, np.int32)
     planes = np.zeros((3, 3))
     corner = np.empty((4, 3))
-    spans = np.empty((bottom, 2), np.int64)
+    spans = np.empty((2, bottom + LANES), np.int32)
     hole_entry = holes[0]
     farthest = np.zeros((-(-(bottom - top) // _TILE), -(-width // _TILE)), np.float32)
     drawn, refresh = 0, _REFRESH
@@ -235,28 +237,33 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
             if holed and screen_planes(camera[i], camera[j], camera[k], numbers, planes) == 0.0:
                 continue
             for last in range(2, corners):
-                first_row, end_row, inverse, along, down = _spans(corner, last, width, top, bottom, spans)
+                first_row, end_row, left_side, inverse, along, down = _spans(corner, last, width, top, bottom, spans)
                 if first_row >= end_row:
                     continue
                 step = np.float32(along)
                 for row in range(first_row, end_row):
-                    left, right = spans[row, 0], spans[row, 1]
+                    left, right = np.int64(spans[left_side, row]), np.int64(spans[1 - left_side, row])
                     start = np.float32(inverse + along * left + down * row)
                     line = row * width + left
+                    if not holed:
+                        if left < right:
+                            draw_lanes(inverse_depth, seen, line, right - left, start, step, np.int32(t))
+                        continue
                     for i in range(right - left):
                         w = start + step * np.float32(i)
                         pixel = np.uint64(line + i)  # unsigned: nothing to wrap round from the end
-                        if w > inverse_depth[pixel] and (not holed or _is_opaque(left + i, row, t, planes, holes)):
+                        if w > inverse_depth[pixel] and _is_opaque(left + i, row, t, planes, holes):
                             inverse_depth[pixel] = w
                             seen[pixel] = t
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _spans(corner, last, width, top, bottom, spans):  # type: ignore[no-untyped-def]
-    """Columns left..right of each row that the triangle of corners 0, last - 1 and last covers.
+    """Where each row enters and leaves the triangle of corners 0, last - 1 and last: see `span_lanes`.
 
-    corner: (4, 3) column, row, inverse depth. Returns the first row and the one after the last, and inverse depth as
-    an affine function of the pixel: its value at (0, 0), and its change along a row and down a column.
+    corner: (4, 3) column, row, inverse depth. Returns the first row and the one after the last, which of the two
+    `spans` is on the left, and inverse depth as an affine function of the pixel: its value at (0, 0), and its change
+    along a row and down a column.
     """
     x0, y0, w0 = corner[0, 0], corner[0, 1], corner[0, 2]
     x1, y1, w1 = corner[last - 1, 0], corner[last - 1, 1], corner[last - 1, 2]
@@ -271,19 +278,14 @@ def _spans(corner, last, width, top, bottom, spans):  # type: ignore[no-untyped-
     end = math.ceil(min(max(y2, top), bottom))
     double_area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
     if first >= end or double_area == 0.0:
-        return 0, 0, 0.0, 0.0, 0.0
+        return 0, 0, 0, 0.0, 0.0, 0.0
     along = ((w1 - w0) * (y2 - y0) - (w2 - w0) * (y1 - y0)) / double_area
     down = ((x1 - x0) * (w2 - w0) - (x2 - x0) * (w1 - w0)) / double_area
     long_slope = (x2 - x0) / (y2 - y0)
     upper_slope = (x1 - x0) / (y1 - y0) if y1 > y0 else 0.0
     lower_slope = (x2 - x1) / (y2 - y1) if y2 > y1 else 0.0
-    for row in range(first, end):
-        on_long = x0 + (row - y0) * long_slope
-        on_short = x0 + (row - y0) * upper_slope if row < y1 else x1 + (row - y1) * lower_slope
-        begin, after = (on_long, on_short) if double_area > 0.0 else (on_short, on_long)
-        spans[row, 0] = math.ceil(min(max(begin, 0.0), width))
-        spans[row, 1] = math.ceil(min(max(after, 0.0), width))
-    return first, end, w0 - along * x0 - down * y0, along, down
+    span_lanes(spans, first, end, (y0, x0), long_slope, upper_slope, (y1, x1), lower_slope, float(width))
+    return first, end, 0 if double_area > 0.0 else 1, w0 - along * x0 - down * y0, along, down
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -366,17 +368,16 @@ def _is_opaque(column, row, name, planes, holes):  # type: ignore[no-untyped-def
     denominator = planes[0, 0] * column + planes[0, 1] * row + planes[0, 2]
     u = (planes[1, 0] * column + planes[1, 1] * row + planes[1, 2]) / denominator
     v = (planes[2, 0] * column + planes[2, 1] * row + planes[2, 2]) / denominator
-    first, second = np.empty(2), np.empty(2)
-    s_u = (planes[1, 0] - u * planes[0, 0]) / denominator, (planes[1, 1] - u * planes[0, 1]) / denominator
-    s_v = (planes[2, 0] - v * planes[0, 0]) / denominator, (planes[2, 1] - v * planes[0, 1]) / denominator
-    uv = texel_uv[name]
-    for axis in range(2):
-        one, two = uv[1, axis] - uv[0, axis], uv[2, axis] - uv[0, axis]
-        first[axis] = one * s_u[0] + two * s_v[0]
-        second[axis] = one * s_u[1] + two * s_v[1]
-    x = uv[0, 0] + u * (uv[1, 0] - uv[0, 0]) + v * (uv[2, 0] - uv[0, 0])
-    y = uv[0, 1] + u * (uv[1, 1] - uv[0, 1]) + v * (uv[2, 1] - uv[0, 1])
-    area = abs(first[0] * second[1] - first[1] * second[0])
+    u_across, u_down = (planes[1, 0] - u * planes[0, 0]) / denominator, (planes[1, 1] - u * planes[0, 1]) / denominator
+    v_across, v_down = (planes[2, 0] - v * planes[0, 0]) / denominator, (planes[2, 1] - v * planes[0, 1]) / denominator
+    x0, y0 = texel_uv[name, 0, 0], texel_uv[name, 0, 1]
+    x1, y1 = texel_uv[name, 1, 0] - x0, texel_uv[name, 1, 1] - y0
+    x2, y2 = texel_uv[name, 2, 0] - x0, texel_uv[name, 2, 1] - y0
+    x, y = x0 + u * x1 + v * x2, y0 + u * y1 + v * y2
+    area = abs(
+        (x1 * u_across + x2 * v_across) * (y1 * u_down + y2 * v_down)
+        - (y1 * u_across + y2 * v_across) * (x1 * u_down + x2 * v_down)
+    )
     level = 0
     smallest = max(width_log2[entry], height_log2[entry])
     while area > 2.0 and level < smallest:
@@ -384,6 +385,6 @@ def _is_opaque(column, row, name, planes, holes):  # type: ignore[no-untyped-def
         level += 1
     width = max(width_log2[entry] - level, 0)
     height = max(height_log2[entry] - level, 0)
-    column_texel = math.floor(x * 2.0 ** (width - width_log2[entry])) & ((1 << width) - 1)
-    row_texel = math.floor(y * 2.0 ** (height - height_log2[entry])) & ((1 << height) - 1)
+    column_texel = math.floor(x / (1 << (width_log2[entry] - width))) & ((1 << width) - 1)
+    row_texel = math.floor(y / (1 << (height_log2[entry] - height))) & ((1 << height) - 1)
     return opacity[offset[entry, level] + (row_texel << width) + row_texel + column_texel] >= 128

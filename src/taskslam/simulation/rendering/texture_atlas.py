@@ -21,7 +21,7 @@ Floats = npt.NDArray[np.float32]
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of linear RGB, ITU-R BT.709
 
 _LARGEST_LOG2 = 11
-_LEVELS = _LARGEST_LOG2 + 1
+LEVELS = _LARGEST_LOG2 + 1  # that every texture lists, the last one again and again if it has fewer
 _WORD = 4  # bytes: a renderer reads texels by words, the last one too
 
 
@@ -70,12 +70,12 @@ def texture_atlas(materials: tuple[Material, ...], used: npt.NDArray[np.bool_], 
 
 
 def _packed(pyramids: list[_Pyramid], entry: npt.NDArray[np.int32], channels: int) -> TextureAtlas:
-    offset = np.zeros((max(len(pyramids), 1), _LEVELS), np.int64)
+    offset = np.zeros((max(len(pyramids), 1), LEVELS), np.int64)
     size = np.zeros((2, max(len(pyramids), 1)), np.int64)
     end = 0
     for e, pyramid in enumerate(pyramids):
         size[:, e] = [math.frexp(side)[1] - 1 for side in pyramid.colour[0].shape[:2]]
-        for level in range(_LEVELS):
+        for level in range(LEVELS):
             if level < len(pyramid.colour):
                 offset[e, level] = end
                 end += pyramid.colour[level].shape[0] * (pyramid.colour[level].shape[1] + 1)

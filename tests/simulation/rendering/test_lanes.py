@@ -51,7 +51,7 @@ def test_every_processor_gives_the_same_bytes(tmp_path: Path) -> None:
             "NUMBA_CPU_FEATURES": "",
             "NUMBA_CACHE_DIR": str(tmp_path / name),
         }
-        command = [sys.executable, "-c", "from test_pixel_lanes import fingerprint; print(fingerprint())"]
+        command = [sys.executable, "-c", "from test_lanes import fingerprint; print(fingerprint())"]
         running[name] = subprocess.Popen(
             command, cwd=Path(__file__).parent, env=environment, stdout=subprocess.PIPE, text=True
         )
