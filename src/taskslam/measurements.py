@@ -53,6 +53,9 @@ class Measurement:
     sensor: ClassVar[Sensor]
     stamp: int
 
+    def work_out(self) -> None:
+        """Work out now what is otherwise worked out when it is first looked at (`simulation/sensors/later.py`)."""
+
 
 @dataclass(frozen=True, slots=True)
 class LaserScan(Measurement):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -14,7 +15,8 @@ from taskslam.robot import Camera, StereoCamera
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.rasterizer import Pinhole
 from taskslam.simulation.rendering.scene import Scene, View
-from taskslam.simulation.sensors.exposure import AutomaticExposure, FixedExposure
+from taskslam.simulation.sensors.exposure import exposure_of
+from taskslam.simulation.sensors.later import LaterStereoImages
 from taskslam.simulation.sensors.read_noise import develop
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
@@ -41,9 +43,9 @@ class StereoCameraSensor:
         right[1, 3] = -camera.baseline
         mount = camera.mount.matrix()
         self._T_base_cameras = (mount @ OPTICAL_IN_BODY, mount @ right @ OPTICAL_IN_BODY)
-        exposure = camera.exposure
         self._beside = ThreadPoolExecutor(1, "right-eye")
-        self._exposure = AutomaticExposure(camera.rate) if exposure == "auto" else FixedExposure(exposure)
+        self._exposure = exposure_of(camera)
+        self._views_from = lru_cache(maxsize=1)(self._draw)  # while the robot stands, it sees the same
         self.reset(0)
 
     @classmethod
@@ -58,10 +60,22 @@ class StereoCameraSensor:
 
     def measure(self, stamp: int, motion: Motion) -> StereoImages:
         """The pair that is exposed, in no time, at `stamp`."""
-        left, right = self.views(SE2(*motion.pose_at([stamp])[0]).matrix())
-        gain = self._exposure.gain(left.radiance_root)
-        images = [self._developed(view, gain, eye) for eye, view in enumerate((left, right))]
-        return StereoImages(stamp, images[0], images[1])
+        x, y, theta = motion.pose_at([stamp])[0]
+        keys = [int(one.integers(0, 2**64, dtype=np.uint64)) for one in self._streams]
+
+        def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
+            left, right = self._views_from(float(x), float(y), float(theta))
+            gain = self._exposure.gain(left.radiance_root)
+            first, second = (
+                develop(view.radiance_root, gain, self._noise, key)
+                for view, key in zip((left, right), keys, strict=True)
+            )
+            return first, second
+
+        pair = LaterStereoImages(stamp, draw)
+        if self._exposure.follows:
+            pair.work_out()  # it looks at every frame
+        return pair
 
     def views(self, T_world_base: FloatArray) -> tuple[View, View]:
         """What left and right see, before exposure and noise, with the base at `T_world_base` (4, 4)."""
@@ -69,6 +83,5 @@ class StereoCameraSensor:
         drawn_beside = self._beside.submit(self._scene.view, right, self._pinhole)
         return self._scene.view(left, self._pinhole), drawn_beside.result()
 
-    def _developed(self, view: View, gain: float, eye: int) -> npt.NDArray[np.uint8]:
-        key = int(self._streams[eye].integers(0, 2**64, dtype=np.uint64))
-        return develop(view.radiance_root, gain, self._noise, key)
+    def _draw(self, x: float, y: float, theta: float) -> tuple[View, View]:
+        return self.views(SE2(x, y, theta).matrix())

@@ -7,6 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from taskslam.robot import Camera
+
 _BRIGHT, _BRIGHT_SHARE = 0.9, 99.0  # this percentage of the pixels stays below this share of full scale
 _MIDDLE = 0.5  # and half of them below this one
 _LARGEST = 8.0  # of the root gain; a lens in a dark corner does not turn noise into light
@@ -30,6 +32,8 @@ class AutomaticExposure:
     A value of the frames seen since `reset` and of nothing else.
     """
 
+    follows = True
+
     def __init__(self, rate: float) -> None:
         self._share = 1.0 - math.exp(-1.0 / (rate * _TIME_CONSTANT))
         self.reset()
@@ -37,10 +41,13 @@ class AutomaticExposure:
     def reset(self) -> None:
         """Forget the frames seen."""
         self._log_gain: float | None = None
+        self._metered: tuple[npt.NDArray[np.float32] | None, float] = None, 1.0
 
     def gain(self, radiance_root: npt.NDArray[np.float32]) -> float:
         """The gain on roots of radiance for this frame, and for every camera that must match it."""
-        wanted = math.log(metered_gain(radiance_root))
+        if radiance_root is not self._metered[0]:
+            self._metered = radiance_root, metered_gain(radiance_root)
+        wanted = math.log(self._metered[1])
         if self._log_gain is None:
             self._log_gain = wanted
         else:
@@ -51,6 +58,8 @@ class AutomaticExposure:
 class FixedExposure:
     """Always the same: `exposure` multiplies radiance, its root multiplies the root."""
 
+    follows = False
+
     def __init__(self, exposure: float) -> None:
         self._gain = math.sqrt(exposure)
 
@@ -60,3 +69,8 @@ class FixedExposure:
     def gain(self, radiance_root: npt.NDArray[np.float32]) -> float:  # noqa: ARG002
         """The gain on roots of radiance."""
         return self._gain
+
+
+def exposure_of(camera: Camera) -> AutomaticExposure | FixedExposure:
+    """What decides a camera's gains; `follows`: whether it must see every frame."""
+    return AutomaticExposure(camera.rate) if camera.exposure == "auto" else FixedExposure(camera.exposure)

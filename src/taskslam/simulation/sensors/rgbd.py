@@ -8,6 +8,7 @@ has is left out: holes on what has no texture or lies in the shadow of one of th
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -20,7 +21,8 @@ from taskslam.robot.rgbd import RgbdCamera
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.scene import Scene, View, depth_image
 from taskslam.simulation.sensors.camera import pinhole_of
-from taskslam.simulation.sensors.exposure import AutomaticExposure, FixedExposure
+from taskslam.simulation.sensors.exposure import exposure_of
+from taskslam.simulation.sensors.later import LaterRgbdImages
 from taskslam.simulation.sensors.read_noise import develop
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
@@ -39,8 +41,8 @@ class RgbdCameraSensor:
         self._scene = Scene(world, camera.color)
         self._pinhole = pinhole_of(camera)
         self._T_base_camera = camera.mount.matrix() @ OPTICAL_IN_BODY
-        exposure = camera.exposure
-        self._exposure = AutomaticExposure(camera.rate) if exposure == "auto" else FixedExposure(exposure)
+        self._exposure = exposure_of(camera)
+        self._view_from = lru_cache(maxsize=1)(self._draw)  # while the robot stands, it sees the same
         self.reset(0)
 
     @classmethod
@@ -56,17 +58,27 @@ class RgbdCameraSensor:
 
     def measure(self, stamp: int, motion: Motion) -> RgbdImages:
         """What is exposed, in no time, at `stamp`."""
-        camera, view = self._camera, self.view(SE2(*motion.pose_at([stamp])[0]).matrix())
-        gain = self._exposure.gain(view.radiance_root)
+        x, y, theta = motion.pose_at([stamp])[0]
         key = int(self._read_noise.integers(0, 2**64, dtype=np.uint64))
-        image = develop(view.radiance_root, gain, camera.noise, key)
-        depth = depth_image(view)
-        draws = self._depth_noise.standard_normal(depth.shape, dtype=np.float32)
-        return RgbdImages(stamp, image, measured_depth(depth, draws, camera))
+        draws = self._depth_noise.standard_normal((self._pinhole.height, self._pinhole.width), dtype=np.float32)
+
+        def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
+            view = self._view_from(float(x), float(y), float(theta))
+            gain = self._exposure.gain(view.radiance_root)
+            image = develop(view.radiance_root, gain, self._camera.noise, key)
+            return image, measured_depth(depth_image(view), draws, self._camera)
+
+        frame = LaterRgbdImages(stamp, draw)
+        if self._exposure.follows:
+            frame.work_out()  # it looks at every frame
+        return frame
 
     def view(self, T_world_base: FloatArray) -> View:
         """What it sees, before exposure and noise, with the base at `T_world_base` (4, 4)."""
         return self._scene.view(T_world_base @ self._T_base_camera, self._pinhole)
+
+    def _draw(self, x: float, y: float, theta: float) -> View:
+        return self.view(SE2(x, y, theta).matrix())
 
 
 def measured_depth(

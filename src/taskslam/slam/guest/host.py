@@ -211,6 +211,8 @@ class MethodHost:
         if measurement.sensor not in self.card.sensors:
             return
         self._raise_failure()
+        if self._schedule.unsettled:
+            measurement.work_out()  # beside the method, which is waited for below
         self._pass_time(measurement.stamp)
         self._send(self._schedule.offer(measurement))
         if len(self._unsent) > _MAX_UNSENT:
