@@ -23,7 +23,7 @@ F32, F64 = ir.FloatType(), ir.DoubleType()
 class Lanes:
     """Sixteen numbers of one type. Operators take another sixteen, an LLVM scalar of that type or a Python number.
 
-    Comparisons give sixteen flags and are false where one side is no number; `&` and shifts are for whole numbers.
+    Comparisons give sixteen flags and are false where one side is no number; `&`, `^` and shifts are for whole numbers.
     """
 
     def __init__(self, builder: Any, value: Any) -> None:
@@ -68,6 +68,9 @@ class Lanes:
 
     def __and__(self, other: Any) -> Lanes:
         return self._like(self.builder.and_(self.value, self._other(other)))
+
+    def __xor__(self, other: Any) -> Lanes:
+        return self._like(self.builder.xor(self.value, self._other(other)))
 
     def __lshift__(self, other: Any) -> Lanes:
         return self._like(self.builder.shl(self.value, self._other(other)))
@@ -128,17 +131,28 @@ class Lanes:
         """The same bits taken for another type of equal size."""
         return self._like(self.builder.bitcast(self.value, ir.VectorType(scalar, LANES)))
 
+    def quarters(self) -> list[Lanes]:
+        """Of int64: the sixty-four 16 bits that they hold, the lowest of the first number first, as four int32."""
+        builder, short = self.builder, ir.VectorType(ir.IntType(16), 4 * LANES)
+        all_of_them = builder.bitcast(self.value, short)
+        found = []
+        for k in range(4):
+            which = ir.Constant(ir.VectorType(I32, LANES), list(range(LANES * k, LANES * (k + 1))))
+            some = builder.shuffle_vector(all_of_them, ir.Constant(short, ir.Undefined), which)
+            found.append(self._like(builder.zext(some, ir.VectorType(I32, LANES))))
+        return found
+
     def gathered(self, start: Any, scalar: Any, pitch: int = 0) -> Lanes:
         """What lies at these indices (int32 or int64) from a pointer on, `pitch` bytes apart or side by side."""
         builder = self.builder
         wide, pointers = ir.VectorType(scalar, LANES), ir.VectorType(ir.PointerType(), LANES)
         base = Lanes(builder, builder.ptrtoint(start, I64))
         index = self if self.scalar == I64 else self.to(I64)
-        size = scalar.width // 8 if isinstance(scalar, ir.IntType) else (4 if scalar == F32 else 8)
-        place = builder.inttoptr((base + index * (pitch or size)).value, pointers)
-        kind = f"{'i' if isinstance(scalar, ir.IntType) else 'f'}{8 * size}"
+        place = builder.inttoptr((base + index * (pitch or _size(scalar))).value, pointers)
         gather = self._function(
-            wide, [pointers, I32, ir.VectorType(I1, LANES), wide], f"llvm.masked.gather.v{LANES}{kind}.v{LANES}p0"
+            wide,
+            [pointers, I32, ir.VectorType(I1, LANES), wide],
+            f"llvm.masked.gather.v{LANES}{_code(scalar)}.v{LANES}p0",
         )
         flags = Lanes.of(builder, I1, 1).value
         return self._like(builder.call(gather, [place, ir.Constant(I32, 1), flags, Lanes.of(builder, scalar, 0).value]))
@@ -151,15 +165,14 @@ class Lanes:
         return self._like(self.builder.call(load, [place, ir.Constant(I32, 4), self.value, nothing]))
 
     def store(self, place: Any, flags: Lanes | None = None) -> None:
-        """Write numbers of 32 bits from a pointer on, all or where a flag is set."""
+        """Write the numbers from a pointer on, all or where a flag is set."""
         builder = self.builder
         if flags is None:
-            builder.store(self.value, builder.bitcast(place, self.value.type.as_pointer()), align=4)
+            builder.store(self.value, builder.bitcast(place, self.value.type.as_pointer()), align=_size(self.scalar))
             return
-        kind = "f" if self.scalar == F32 else "i"
         types = [self.value.type, place.type, I32, flags.value.type]
-        store = self._function(ir.VoidType(), types, f"llvm.masked.store.v{LANES}{kind}32.p0")
-        builder.call(store, [self.value, place, ir.Constant(I32, 4), flags.value])
+        store = self._function(ir.VoidType(), types, f"llvm.masked.store.v{LANES}{_code(self.scalar)}.p0")
+        builder.call(store, [self.value, place, ir.Constant(I32, _size(self.scalar)), flags.value])
 
     def _arithmetic(self, name: str, other: Any) -> Lanes:
         step = name if isinstance(self.scalar, ir.IntType) else f"f{name}"
@@ -170,8 +183,7 @@ class Lanes:
         return self._like(compare(sign, self.value, self._other(other)))
 
     def _rounded(self, how: str) -> Lanes:
-        bits = 32 if self.scalar == F32 else 64
-        function = self._function(self.value.type, [self.value.type], f"llvm.{how}.v{LANES}f{bits}")
+        function = self._function(self.value.type, [self.value.type], f"llvm.{how}.v{LANES}{_code(self.scalar)}")
         return self._like(self.builder.call(function, [self.value]))
 
     def _other(self, other: Any) -> Any:
@@ -186,6 +198,16 @@ class Lanes:
 
     def _function(self, result: Any, arguments: list[Any], name: str) -> Any:
         return cgutils.get_or_insert_function(self.builder.module, ir.FunctionType(result, arguments), name)
+
+
+def _size(scalar: Any) -> int:
+    """Bytes."""
+    return scalar.width // 8 if isinstance(scalar, ir.IntType) else (4 if scalar == F32 else 8)
+
+
+def _code(scalar: Any) -> str:
+    """As names of LLVM's functions have it: i32, f64."""
+    return f"{'i' if isinstance(scalar, ir.IntType) else 'f'}{8 * _size(scalar)}"
 
 
 class Pointer:
