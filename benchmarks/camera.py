@@ -22,14 +22,13 @@ from pathlib import Path
 
 import numpy as np
 
-from common import aws_world, machine_line, pin_to_one_core
+from common import aws_world, machine_line, pin_to_one_core, single_rays
 from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.robot import load_robot
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.rasterizer import Pinhole
 from taskslam.simulation.rendering.scene import Scene
 from taskslam.simulation.sensors.camera import StereoCameraSensor, pinhole_of
-from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.world import World
 from taskslam.world.loading import load_world
 
@@ -53,7 +52,7 @@ def poses(count: int) -> list[FloatArray]:
 
 
 def embree(world: World, pinhole: Pinhole) -> Draw:
-    rays = RayCaster(world.visual)
+    rays = single_rays(world.visual)
     column, row = np.meshgrid(np.arange(pinhole.width), np.arange(pinhole.height))
     x, y = (column - pinhole.center[0]) / pinhole.focal, (row - pinhole.center[1]) / pinhole.focal
     ahead = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
@@ -63,7 +62,7 @@ def embree(world: World, pinhole: Pinhole) -> Draw:
         if T.tobytes() not in turned:  # only the rays' own time counts; the first round is not measured
             origins = np.tile(T[:3, 3].astype(np.float32), (len(ahead), 1))
             turned[T.tobytes()] = origins, np.ascontiguousarray(ahead @ T[:3, :3].T, np.float32)
-        return rays.scene.run(*turned[T.tobytes()], output=1)
+        return rays.run(*turned[T.tobytes()], output=1)
 
     return draw
 

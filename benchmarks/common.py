@@ -5,10 +5,15 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
+from embreex.mesh_construction import TriangleMesh as EmbreeMesh
+from embreex.rtcore_scene import EmbreeScene
+
 from taskslam.benchmark.run import machine, versions
 from taskslam.benchmark.stage import Stage, set_stage
 from taskslam.observer import Observer
 from taskslam.scenario import load_scenario
+from taskslam.world import TriangleMesh
 
 _WORLDS = {
     "aws_small_house": "aws_small_house/worlds/small_house.world",
@@ -30,6 +35,13 @@ def small_house(goals: int, rounds: int = 1, robot: str = "turtlebot2") -> tuple
     name = "aws_small_house" if world else "house"
     overrides = [f"protocol.rounds={rounds}", f"sequence.path={list(range(goals + 1))}", f"robot={robot}"]
     return name, set_stage(load_scenario(name, overrides), [world] if world else [], Observer())
+
+
+def single_rays(mesh: TriangleMesh) -> EmbreeScene:
+    """Raw embreex: `run(origins, directions)` traces one ray after another."""
+    scene = EmbreeScene()
+    EmbreeMesh(scene, np.ascontiguousarray(mesh.corners(), dtype=np.float32))
+    return scene
 
 
 def pin_to_one_core() -> None:

@@ -31,17 +31,12 @@ class Motion:
 
     def pose_at(self, stamps: npt.ArrayLike) -> FloatArray:
         """(N, 3) true poses x, y, theta in `map` at (N,) stamps (ns), held beyond both ends of what is remembered."""
-        poses: FloatArray = self._at(stamps)[:, :3]
+        poses: FloatArray = self.states_at(stamps)[:, :3]
         return poses
 
-    def velocity_at(self, stamps: npt.ArrayLike) -> FloatArray:
-        """(N, 2) body velocities, m/s and rad/s, at (N,) stamps (ns); linear between step ends."""
-        velocities: FloatArray = self._at(stamps)[:, 3:]
-        return velocities
-
-    def _at(self, stamps: npt.ArrayLike) -> FloatArray:
-        asked = np.atleast_1d(np.asarray(stamps, np.int64))
-        states: FloatArray = _interpolate(self._stamps, self._states, self._newest, asked)
+    def states_at(self, stamps: npt.ArrayLike) -> FloatArray:
+        """(N, 5) the same with body velocities, m/s and rad/s, which are linear between step ends."""
+        states: FloatArray = _interpolate(self._stamps, self._states, self._newest, np.asarray(stamps, np.int64))
         return states
 
 

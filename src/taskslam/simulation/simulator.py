@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from operator import attrgetter
 
 from taskslam.errors import ScenarioError
 from taskslam.geometry import SE2, wrap_angle
@@ -31,11 +32,16 @@ class _Scheduled:
 
     device: SimulatedSensor
     since: int
-    taken: int = 0
+    taken: int = -1
+    due: int = 0
 
-    @property
-    def due(self) -> int:
-        return self.since + round((self.taken + 1) * NANOSECONDS / self.device.rate)
+    def __post_init__(self) -> None:
+        self.take()
+
+    def take(self) -> None:
+        """Its measurement is taken: the next one is due."""
+        self.taken += 1
+        self.due = self.since + round((self.taken + 1) * NANOSECONDS / self.device.rate)
 
 
 class Simulator:
@@ -112,11 +118,11 @@ class Simulator:
         while self.now + STEP <= until:
             self._move()
             while True:
-                nearest = min(self._schedule, key=lambda entry: entry.due)
+                nearest = min(self._schedule, key=attrgetter("due"))
                 if nearest.due > self.now:
                     break
                 stamp = nearest.due
-                nearest.taken += 1
+                nearest.take()
                 yield nearest.device.measure(stamp, self._motion)
 
     def _move(self) -> None:

@@ -6,11 +6,13 @@ back to the true trajectory. Gravity is 9.8 m/s^2, as in Gazebo's worlds, and sh
 
 from __future__ import annotations
 
+import math
 from typing import Self
 
 import numpy as np
 
-from taskslam.geometry import FloatArray, invert_se3
+from taskslam.compiled import njit
+from taskslam.geometry import invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Sensor
 from taskslam.robot import Imu
 from taskslam.robot.imperfections import ImuImperfections
@@ -31,8 +33,8 @@ class InertialSensor:
         self._seed = seed
         self.rate = imu.rate
         self._period = round(NANOSECONDS / imu.rate)
-        self._R_imu_base = invert_se3(imu.mount.matrix())[:3, :3]
-        self._lever = imu.mount.matrix()[:2, 3]
+        self._R_imu_base = np.ascontiguousarray(invert_se3(imu.mount.matrix())[:3, :3])
+        self._lever = np.ascontiguousarray(imu.mount.matrix()[:2, 3])
         self._gyro_bias = wrong.gyro_bias * stream(seed, "imu/gyro_bias").standard_normal(3)
         self._accel_bias = wrong.accel_bias * stream(seed, "imu/accel_bias").standard_normal(3)
         self.reset(0)
@@ -48,25 +50,36 @@ class InertialSensor:
 
     def measure(self, stamp: int, motion: Motion) -> ImuSamples:
         """The one sample of the period that ends at `stamp`."""
-        stamps = np.array([stamp - self._period, stamp])
-        poses, velocities = motion.pose_at(stamps), motion.velocity_at(stamps)
-        dt = self._period / NANOSECONDS
-        change = self._world_velocity(poses, velocities)
-        acceleration = (change[1] - change[0]) / dt
-        middle = 0.5 * (poses[0, 2] + poses[1, 2])
-        c, s = np.cos(middle), np.sin(middle)
-        force = np.array(
-            [c * acceleration[0] + s * acceleration[1], c * acceleration[1] - s * acceleration[0], GRAVITY]
-        )
-        rate = np.array([0.0, 0.0, (poses[1, 2] - poses[0, 2]) / dt])
+        states = motion.states_at([stamp - self._period, stamp])
+        gyro, accel = _sample(states, self._period / NANOSECONDS, self._lever, self._R_imu_base)
         noise = self._noise.standard_normal(6)
-        gyro = self._R_imu_base @ rate + self._gyro_bias + self._imu.gyro_noise * noise[:3]
-        accel = self._R_imu_base @ force + self._accel_bias + self._imu.accel_noise * noise[3:]
+        gyro += self._gyro_bias + self._imu.gyro_noise * noise[:3]
+        accel += self._accel_bias + self._imu.accel_noise * noise[3:]
         return ImuSamples(stamp, np.array([stamp], np.int64), gyro[None, :], accel[None, :])
 
-    def _world_velocity(self, poses: FloatArray, velocities: FloatArray) -> FloatArray:
-        """(N, 2) velocity of the IMU's place in `map`: the base's, and the turn about it at the lever arm."""
-        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        forward = velocities[:, 0] - velocities[:, 1] * self._lever[1]
-        left = velocities[:, 1] * self._lever[0]
-        return np.stack([c * forward - s * left, s * forward + c * left], axis=1)
+
+@njit(cache=True)
+def _sample(states, dt, lever, rotation):  # type: ignore[no-untyped-def]
+    """Mean angular velocity and specific force in the IMU's frame between two states x, y, theta, v, omega of the base.
+
+    The IMU's place has the velocity of the base and that of the turn about it at the lever arm.
+    """
+    before, after = _place_velocity(states[0], lever), _place_velocity(states[1], lever)
+    ahead, aside = (after[0] - before[0]) / dt, (after[1] - before[1]) / dt
+    middle = 0.5 * (states[0, 2] + states[1, 2])
+    c, s = math.cos(middle), math.sin(middle)
+    force = (c * ahead + s * aside, c * aside - s * ahead, GRAVITY)
+    turn = (states[1, 2] - states[0, 2]) / dt
+    gyro, accel = np.empty(3), np.empty(3)
+    for k in range(3):
+        gyro[k] = rotation[k, 2] * turn
+        accel[k] = rotation[k, 0] * force[0] + rotation[k, 1] * force[1] + rotation[k, 2] * force[2]
+    return gyro, accel
+
+
+@njit(cache=True)
+def _place_velocity(state, lever):  # type: ignore[no-untyped-def]
+    """Velocity of the IMU's place in `map`."""
+    c, s = math.cos(state[2]), math.sin(state[2])
+    forward, left = state[3] - state[4] * lever[1], state[4] * lever[0]
+    return c * forward - s * left, s * forward + c * left
