@@ -78,7 +78,6 @@ def test_a_robot_that_stands_sees_the_same_with_fresh_noise(
     assert len(set(frames)) == 4
     afresh = []
     for k, motion in enumerate(motions):  # as if the robot had never stood still
-        name = "_views_from" if kind == "stereo" else "_view_from"
-        getattr(moved, name).cache_clear()
+        moved._seen = None
         afresh.append(pixels(moved.measure(k * PERIOD, motion)))
     assert frames == afresh

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from taskslam.compiled import njit
 from taskslam.world import Light, Material, World
 
 Columns = npt.NDArray[np.float32]
@@ -196,15 +197,34 @@ def lambert(light: Light, position: Columns, normal: Columns) -> Columns:
     direction = (light.pose[:3, :3] @ np.asarray(light.direction)).astype(np.float32)
     direction /= max(float(np.linalg.norm(direction)), 1e-12)
     colour = linear_of_srgb(np.clip(light.diffuse, 0.0, 1.0)).astype(np.float32) * np.float32(max(*light.diffuse, 1.0))
-    if light.type == "directional":
-        return np.asarray(np.maximum(-(normal @ direction), 0.0)[:, None] * colour, dtype=np.float32)
-    towards = light.pose[:3, 3].astype(np.float32) - position
-    distance = np.linalg.norm(towards, axis=1)
-    towards /= np.maximum(distance, 1e-6)[:, None]
-    constant, linear, quadratic = light.attenuation
-    fall = 1.0 / np.maximum(constant + linear * distance + quadratic * distance**2, 0.25)
-    fall = np.where(distance <= light.attenuation_range, fall, 0.0)
-    if light.type == "spot":
-        fall = fall * np.clip((-(towards @ direction) - math.cos(0.6)) * 8.0, 0.0, 1.0)
-    cosine = np.maximum(np.einsum("nd,nd->n", towards, normal), 0.0)
-    return np.asarray((cosine * fall)[:, None] * colour, dtype=np.float32)
+    place = light.pose[:3, 3].astype(np.float32)
+    fade = np.array([*light.attenuation, light.attenuation_range], np.float32)
+    kind = ("directional", "point", "spot").index(light.type)
+    falling: Columns = _lambert(kind, position, normal, place, direction, fade, np.float32(math.cos(0.6)), colour)
+    return falling
+
+
+@njit(cache=True)
+def _lambert(kind, position, normal, place, direction, fade, edge, colour):  # type: ignore[no-untyped-def]
+    """Of a directional light (0), a point (1) or a spot (2)."""
+    out = np.zeros((len(position), 3), np.float32)
+    zero, one = np.float32(0.0), np.float32(1.0)
+    for i in range(len(position)):
+        n = normal[i]
+        if kind == 0:
+            strength = -(n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2])
+        else:
+            x, y, z = place[0] - position[i, 0], place[1] - position[i, 1], place[2] - position[i, 2]
+            distance = np.sqrt(x * x + y * y + z * z)
+            if distance > fade[3]:
+                continue
+            nearest = max(distance, np.float32(1e-6))
+            x, y, z = x / nearest, y / nearest, z / nearest
+            strength = x * n[0] + y * n[1] + z * n[2]
+            strength /= max(fade[0] + fade[1] * distance + fade[2] * distance * distance, np.float32(0.25))
+            if kind == 2:
+                within = (-(x * direction[0] + y * direction[1] + z * direction[2]) - edge) * np.float32(8.0)
+                strength *= min(max(within, zero), one)
+        for channel in range(3):
+            out[i, channel] = max(strength, zero) * colour[channel]
+    return out

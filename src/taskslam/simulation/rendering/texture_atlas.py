@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from taskslam.compiled import njit
 from taskslam.simulation.rendering.shading import LINEAR_OF_BYTE, linear_of_srgb
 from taskslam.world import Material
 
@@ -102,7 +103,8 @@ def _pyramid(look: Material, color: bool) -> _Pyramid:
     tint = linear_of_srgb(np.array(look.diffuse[:3])).astype(np.float32)
     if look.texture is None:
         return _Pyramid([_stored(_channels(tint[None, None, :], color))], None)
-    linear = _channels(LINEAR_OF_BYTE[look.texture[..., :3]] * tint, color)
+    tinted = LINEAR_OF_BYTE[:, None] * tint
+    linear = _looked_up(look.texture, tinted) if color else _summed(look.texture, tinted * LUMINANCE)
     sides = [_power_of_two(side) for side in linear.shape[:2]]
     linear = _resized(linear, sides)
     alpha = None
@@ -118,6 +120,28 @@ def _pyramid(look: Material, color: bool) -> _Pyramid:
         colours.append(_stored(linear))
         opacities.append(_opacity(alpha))
     return _Pyramid(colours, None if alpha is None else [level for level in opacities if level is not None])
+
+
+@njit(cache=True)
+def _summed(texture, of_byte):  # type: ignore[no-untyped-def]
+    """(h, w, 1) sums over three bytes of what (256, 3) `of_byte` makes of each."""
+    out = np.empty((*texture.shape[:2], 1), np.float32)
+    for row in range(texture.shape[0]):
+        for column in range(texture.shape[1]):
+            red, green, blue = texture[row, column, 0], texture[row, column, 1], texture[row, column, 2]
+            out[row, column, 0] = of_byte[red, 0] + of_byte[green, 1] + of_byte[blue, 2]
+    return out
+
+
+@njit(cache=True)
+def _looked_up(texture, of_byte):  # type: ignore[no-untyped-def]
+    """(h, w, 3) what (256, 3) `of_byte` makes of each of three bytes."""
+    out = np.empty((*texture.shape[:2], 3), np.float32)
+    for row in range(texture.shape[0]):
+        for column in range(texture.shape[1]):
+            for channel in range(3):
+                out[row, column, channel] = of_byte[texture[row, column, channel], channel]
+    return out
 
 
 def _channels(linear: Floats, color: bool) -> Floats:

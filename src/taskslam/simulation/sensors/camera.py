@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -45,7 +44,7 @@ class StereoCameraSensor:
         self._T_base_cameras = (mount @ OPTICAL_IN_BODY, mount @ right @ OPTICAL_IN_BODY)
         self._beside = ThreadPoolExecutor(1, "right-eye")
         self._exposure = exposure_of(camera)
-        self._views_from = lru_cache(maxsize=1)(self._draw)  # while the robot stands, it sees the same
+        self._seen: tuple[SE2, tuple[View, View]] | None = None
         self.reset(0)
 
     @classmethod
@@ -64,7 +63,7 @@ class StereoCameraSensor:
         keys = [int(one.integers(0, 2**64, dtype=np.uint64)) for one in self._streams]
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
-            left, right = self._views_from(float(x), float(y), float(theta))
+            left, right = self._views_from(SE2(x, y, theta))
             gain = self._exposure.gain(left.radiance_root)
             first, second = (
                 develop(view.radiance_root, gain, self._noise, key)
@@ -83,5 +82,8 @@ class StereoCameraSensor:
         drawn_beside = self._beside.submit(self._scene.view, right, self._pinhole)
         return self._scene.view(left, self._pinhole), drawn_beside.result()
 
-    def _draw(self, x: float, y: float, theta: float) -> tuple[View, View]:
-        return self.views(SE2(x, y, theta).matrix())
+    def _views_from(self, pose: SE2) -> tuple[View, View]:
+        """While the robot stands, it sees the same."""
+        if self._seen is None or self._seen[0] != pose:
+            self._seen = pose, self.views(pose.matrix())
+        return self._seen[1]

@@ -8,7 +8,6 @@ has is left out: holes on what has no texture or lies in the shadow of one of th
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -42,7 +41,7 @@ class RgbdCameraSensor:
         self._pinhole = pinhole_of(camera)
         self._T_base_camera = camera.mount.matrix() @ OPTICAL_IN_BODY
         self._exposure = exposure_of(camera)
-        self._view_from = lru_cache(maxsize=1)(self._draw)  # while the robot stands, it sees the same
+        self._seen: tuple[SE2, View] | None = None
         self.reset(0)
 
     @classmethod
@@ -63,7 +62,7 @@ class RgbdCameraSensor:
         draws = self._depth_noise.standard_normal((self._pinhole.height, self._pinhole.width), dtype=np.float32)
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-            view = self._view_from(float(x), float(y), float(theta))
+            view = self._view_from(SE2(x, y, theta))
             gain = self._exposure.gain(view.radiance_root)
             image = develop(view.radiance_root, gain, self._camera.noise, key)
             return image, measured_depth(depth_image(view), draws, self._camera)
@@ -77,8 +76,11 @@ class RgbdCameraSensor:
         """What it sees, before exposure and noise, with the base at `T_world_base` (4, 4)."""
         return self._scene.view(T_world_base @ self._T_base_camera, self._pinhole)
 
-    def _draw(self, x: float, y: float, theta: float) -> View:
-        return self.view(SE2(x, y, theta).matrix())
+    def _view_from(self, pose: SE2) -> View:
+        """While the robot stands, it sees the same."""
+        if self._seen is None or self._seen[0] != pose:
+            self._seen = pose, self.view(pose.matrix())
+        return self._seen[1]
 
 
 def measured_depth(
