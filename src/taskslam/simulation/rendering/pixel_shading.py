@@ -24,6 +24,8 @@ from taskslam.simulation.rendering.shading_lanes import (
 )
 from taskslam.simulation.rendering.texture_atlas import LEVELS
 
+_ROOM = 4096  # triangles in view at first; doubled when there are more
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def shade(  # type: ignore[no-untyped-def]
@@ -39,8 +41,7 @@ def shade(  # type: ignore[no-untyped-def]
     """
     columns = seen.shape[1]
     place = np.full(len(triangles), -1, np.int32)  # of a triangle among those met so far
-    most = min(len(triangles), (bottom - top) * columns)
-    affine, whole, met = np.empty((most, AFFINE)), np.empty((most, WHOLE), np.int64), 0
+    affine, whole, met = np.empty((_ROOM, AFFINE)), np.empty((_ROOM, WHOLE), np.int64), 0
     length = columns + LANES
     segments = np.zeros((SEGMENT, length), np.int32)
     reals, integers = np.empty((REALS, length), np.float32), np.empty((INTEGERS, length), np.int32)
@@ -58,6 +59,8 @@ def shade(  # type: ignore[no-untyped-def]
                 column = end
                 continue
             if place[name] < 0:
+                if met == len(affine):
+                    affine, whole = np.concatenate((affine, affine)), np.concatenate((whole, whole))
                 place[name] = met
                 side = _measure(vertices, triangles, name, texel_uv, rotation, position, numbers, affine, met)
                 whole[met, 0], whole[met, 1] = side * light.shape[1] + light_offset[name], cells[name]

@@ -75,14 +75,13 @@ class RayCaster:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         library, device = _library(), _device()
-        corners = np.ascontiguousarray(mesh.corners(), dtype=np.float32)
         self._scene = ctypes.c_void_p(library.rtcNewScene(device))
         weakref.finalize(self, library.rtcReleaseScene, self._scene)
         library.rtcSetSceneFlags(self._scene, _ROBUST)
-        if len(corners):
+        if len(mesh):
             geometry = ctypes.c_void_p(library.rtcNewGeometry(device, _TRIANGLES))
-            _fill(geometry, _VERTEX, _FLOAT3, corners.reshape(-1, 3))
-            _fill(geometry, _INDEX, _UINT3, np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3))
+            _fill(geometry, _VERTEX, _FLOAT3, np.ascontiguousarray(mesh.vertices, np.float32))
+            _fill(geometry, _INDEX, _UINT3, np.ascontiguousarray(mesh.triangles, np.uint32))
             library.rtcCommitGeometry(geometry)
             library.rtcAttachGeometry(self._scene, geometry)
             library.rtcReleaseGeometry(geometry)
