@@ -18,7 +18,7 @@ from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.world import Material
 
 GOLDEN = "28c7211b5eb64d5ed70ffb90f34b754e79fe99df557bdbd0420d6b4a4ee01242"
-GOLDEN_TASK = "7047aa123eb0b3d2725ce4da0cc35a143c751aa4c81b8cfcc6db90304563f45c"
+GOLDEN_TASK = "858fd18c0bf491c9ff846fb2395d8a726888147136486812ebbc51d44fe16aaf"
 
 
 @pytest.fixture
