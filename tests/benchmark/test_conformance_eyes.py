@@ -54,3 +54,12 @@ def test_images_come_in_step_and_the_same_however_the_drive_is_cut(rig):
 def test_a_robot_without_a_camera_has_no_eyes(rig):
     with pytest.raises(InputError, match="no stereo_images; it has imu"):
         conformance_looks(rig.model_copy(update={"stereo": None}), {Sensor.STEREO_IMAGES})
+
+
+def test_a_drive_that_begins_again_shows_the_same(rig):
+    """Noise and exposure begin anew, or no method with eyes would repeat itself."""
+    drive = ConformanceDrive(rig, sensors={Sensor.STEREO_IMAGES}, looks=conformance_looks(rig, {Sensor.STEREO_IMAGES}))
+    first, again = (
+        [m.left for m in drive.measurements(0, 2 * NANOSECONDS) if isinstance(m, StereoImages)] for _ in range(2)
+    )
+    np.testing.assert_array_equal(first, again)

@@ -17,12 +17,14 @@ def test_the_limits_of_an_odometry():
         "deterministic": False,
         "odometry_prior": True,
         "needs_still_start": 2.0,
+        "optional_sensors": ["imu"],
     }
     assert cards.known_limits(card) == [
         "odometry only",
         "no map reuse",
         "not deterministic",
         "uses wheel odometry as prior",
+        "uses IMU as prior where there is one",
         "stands still 2 s first",
     ]
 
@@ -67,6 +69,7 @@ def test_a_card_that_holds_anything_is_still_told(wrong):
             "latency",
             "deterministic",
             "odometry_prior",
+            "optional_sensors",
             "needs_still_start",
             "limits",
         ),

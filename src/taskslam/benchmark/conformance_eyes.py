@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from taskslam.errors import InputError
-from taskslam.geometry import pose_from_xyz_rpy
-from taskslam.measurements import Sensor
+from taskslam.geometry import SE2, pose_from_xyz_rpy
+from taskslam.measurements import Measurement, Sensor
 from taskslam.robot import SensorRig
 from taskslam.sensors import fitted
 from taskslam.simulation.motion import Motion
@@ -36,7 +36,17 @@ def conformance_looks(rig: SensorRig, sensors: Collection[Sensor]) -> dict[Senso
 
 
 def _look(device: SimulatedSensor) -> Look:
-    return lambda stamp, T_room_base: device.measure(stamp, Motion(stamp, T_room_base))
+    """What the device sees; a stamp that is not after the last one begins the drive again, with the same noise."""
+    last = -1
+
+    def look(stamp: int, T_room_base: SE2) -> Measurement:
+        nonlocal last
+        if stamp <= last:
+            device.reset(0)
+        last = stamp
+        return device.measure(stamp, Motion(stamp, T_room_base))
+
+    return look
 
 
 def conformance_world() -> World:

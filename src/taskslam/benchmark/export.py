@@ -114,7 +114,7 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     spec = stage.spec(request.method, Mode.WITHOUT_MAP, request.seed, request.options, request.latency)
     observer.stage("building the simulator")
     card = card_of(spec.method)
-    simulator = build_simulator(stage, spec, sensors | set(card.sensors))
+    simulator = build_simulator(stage, spec, sensors | set(card.hears(fitted(stage.robot.rig))))
     until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
     with whole_folder(out) as folder, closing(_writer(request.format, folder, stage, sensors)) as writer:
         platform = _Recorded(simulator, writer, sensors, until)

@@ -31,6 +31,7 @@ from taskslam.record.manifest import Manifest
 from taskslam.record.place import settle
 from taskslam.record.run_directory import MANIFEST, RunWriter, load_run
 from taskslam.scenario import Scenario
+from taskslam.sensors import fitted
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.base import MethodCard
 from taskslam.slam.cards import card_of
@@ -136,7 +137,7 @@ def finished_run(directory: Path, spec: RunSpec, salt: str | None = None) -> Man
 def _attempt(undertaking: Undertaking, directory: Path, observer: Observer, overwrite: bool) -> bool:
     def simulator() -> Platform:
         observer.stage("building the simulator")
-        sensors, salt = undertaking.card.sensors, undertaking.salt
+        sensors, salt = undertaking.card.hears(fitted(undertaking.stage.robot.rig)), undertaking.salt
         return SimulatedPlatform(build_simulator(undertaking.stage, undertaking.spec, sensors, salt))
 
     return record_tour(undertaking, simulator, directory, observer, overwrite)

@@ -38,7 +38,7 @@ def list_methods() -> None:
             table.add_row(
                 state.entry.name,
                 card.kind,
-                "\n".join(card.sensors),
+                "\n".join([*card.sensors, *(f"({sensor})" for sensor in card.optional_sensors)]),
                 card.licence,
                 card.map_mode,
                 "yes" if card.deterministic else "no",
@@ -125,6 +125,7 @@ def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
         ("kind", card.kind),
         ("licence", card.licence),
         ("sensors", ", ".join(card.sensors)),
+        ("optional sensors", ", ".join(card.optional_sensors) or "none"),
         ("odometry prior", "yes" if card.odometry_prior else "no"),
         ("still start", f"{card.needs_still_start:g} s"),
         ("with-map rounds", card.map_mode),

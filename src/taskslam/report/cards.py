@@ -66,6 +66,8 @@ def known_limits(card: Mapping[str, Any]) -> list[str]:
         limits.append("not deterministic")
     if card.get("odometry_prior"):
         limits.append("uses wheel odometry as prior")
+    if optional := _list(card, "optional_sensors"):
+        limits.append(f"uses {' + '.join(sensor_words(str(name)) for name in optional)} as prior where there is one")
     if card.get("loopback"):
         limits.append("network open (TCP)")
     if card.get("shared_memory"):

@@ -18,6 +18,7 @@ It runs in a child process of its own and only ever sees the measurements that i
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -57,9 +58,10 @@ class Status(StrEnum):
 class MethodCard:
     """What a method declares; printed beside every result.
 
-    sensors: measurements it must get. odometry_prior: whether wheel odometry is used to predict (it must then be in
-    `sensors`). needs_still_start: seconds of standstill before the first drive. latency: seconds from a frame's stamp
-    to the delivery of its estimate in `fixed` mode. queue: frames kept while the method is busy (1: the newest wins).
+    sensors: measurements it must get. optional_sensors: those that it makes use of where the robot, or a recording, has
+    them. odometry_prior: whether wheel odometry is used to predict (it must then be among these). needs_still_start:
+    seconds of standstill before the first drive. latency: seconds from a frame's stamp to the delivery of its estimate
+    in `fixed` mode. queue: frames kept while the method is busy (1: the newest wins).
     extra: the pip extra that brings its package, or None. What a method needs beyond the wall around it
     (docs/decisions/004) is printed beside its results. reads: files and folders that it reads, by whole paths;
     loopback: it talks over TCP with processes of its own; shared_memory: it needs a /dev/shm, as multiprocessing does.
@@ -84,6 +86,11 @@ class MethodCard:
     reads: tuple[str, ...] = ()
     loopback: bool = False
     shared_memory: bool = False
+    optional_sensors: tuple[Sensor, ...] = ()
+
+    def hears(self, has: Collection[Sensor]) -> tuple[Sensor, ...]:
+        """What it is fed by a robot that has these sensors: all that it must get, and of the optional ones those."""
+        return (*self.sensors, *(sensor for sensor in self.optional_sensors if sensor in has))
 
 
 @dataclass(frozen=True, slots=True)

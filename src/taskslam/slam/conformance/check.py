@@ -37,7 +37,7 @@ from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.processes.guest import Limits
 from taskslam.processes.scratch import Scratch
 from taskslam.robot import SensorRig
-from taskslam.sensors import sensor_kind
+from taskslam.sensors import fitted, sensor_kind
 from taskslam.slam.base import PoseEstimate, Status
 from taskslam.slam.cards import card_of
 from taskslam.slam.conformance.drive import BY_FORMULA, ConformanceDrive, Look
@@ -162,11 +162,12 @@ class _Suite:
     def _needs_declared(self) -> str:
         card = self._started().card
         still = max(2.0, card.needs_still_start)
-        seen = frozenset(card.sensors) - BY_FORMULA
+        hears = card.hears(fitted(self._rig))
+        seen = frozenset(hears) - BY_FORMULA
         looks = self._make_looks(self._rig, seen) if seen and self._make_looks else None
-        sensors = {*card.sensors, Sensor.WHEEL_ODOMETRY}
+        sensors = {*hears, Sensor.WHEEL_ODOMETRY}
         self._drive = ConformanceDrive(self._rig, still, sensors=sensors, looks=looks)
-        return f"{card.name} {card.version} ({card.kind}) asks for {', '.join(card.sensors)}"
+        return f"{card.name} {card.version} ({card.kind}) asks for {', '.join(hears)}"
 
     def _poses(self) -> str:
         estimates = self._run(_FIRST_DRIVE_S)

@@ -146,7 +146,7 @@ class _Child:
             case "start":
                 assert self._method is not None
                 method, rig = self._method, SensorRig.model_validate_json(header["rig"])
-                if self._images is not None and cameras(rig).keys().isdisjoint(method.card.sensors):
+                if self._images is not None and cameras(rig).keys().isdisjoint(method.card.hears(cameras(rig))):
                     self._images.close()
                     self._images = None
                 self._guarded(lambda: method.start(rig))

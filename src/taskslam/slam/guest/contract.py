@@ -33,7 +33,8 @@ def read_card(method: str, answer: messages.Header) -> MethodCard:
     """
     try:
         fields = dict(answer["card"])
-        fields["sensors"] = tuple(sensor_kind(sensor).sensor for sensor in fields["sensors"])
+        for field in ("sensors", "optional_sensors"):
+            fields[field] = tuple(sensor_kind(sensor).sensor for sensor in fields.get(field, ()))
         fields["kind"], fields["map_mode"] = Kind(fields["kind"]), MapMode(fields["map_mode"])
         fields["reads"] = tuple(fields.get("reads", ()))
         card = MethodCard(**fields)
@@ -110,11 +111,12 @@ def check_needs(card: MethodCard, rig: SensorRig) -> None:
         InputError: a sensor that the rig has not, wheel odometry used but not asked for, or the truth asked for by a
             method that is not a reference.
     """
-    if Sensor.TRUE_POSE in card.sensors and card.kind is not Kind.REFERENCE:
+    asked = {*card.sensors, *card.optional_sensors}
+    if Sensor.TRUE_POSE in asked and card.kind is not Kind.REFERENCE:
         raise InputError(
             f"method '{card.name}' of kind {card.kind} asks for true poses; only methods of kind reference get them"
         )
-    if card.odometry_prior and Sensor.WHEEL_ODOMETRY not in card.sensors:
+    if card.odometry_prior and Sensor.WHEEL_ODOMETRY not in asked:
         raise InputError(f"method '{card.name}' uses an odometry prior but has no wheel_odometry among its sensors")
     if not card.sensors:
         raise InputError(f"method '{card.name}' asks for no sensor")

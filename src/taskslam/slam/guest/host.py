@@ -189,7 +189,8 @@ class MethodHost:
                 )
             self._guest.freezes_itself = card.asynchronous
             check_needs(card, self._rig)
-            self._schedule = Schedule(card.sensors, card.queue, self._latency.before(card.latency))
+            self._hears = card.hears(card.optional_sensors)
+            self._schedule = Schedule(self._hears, card.queue, self._latency.before(card.latency))
             self._ask("start", timeout, do="start", rig=self._rig.model_dump_json())
             self._card = card
             self._guest.keep_compiled()
@@ -208,7 +209,7 @@ class MethodHost:
             MethodFailedError: the method failed on something that was due before.
             ValueError: the measurement is older than one before it.
         """
-        if measurement.sensor not in self.card.sensors:
+        if measurement.sensor not in self._hears:
             return
         self._raise_failure()
         if self._schedule.unsettled:

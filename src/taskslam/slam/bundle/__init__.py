@@ -1,0 +1,1 @@
+"""Bundle adjustment over inverse depths: photometric residuals of a stereo window, and the Schur complement."""

@@ -1,0 +1,1 @@
+"""What direct and semi-direct methods see with: pinholes, pyramids, points worth tracking, disparities, alignment."""
