@@ -49,7 +49,7 @@ class Seeing(GroundTruth):
 SUITES = {
     "odometry": ("odometry alone", ("ground_truth", "wheel_odometry")),
     "2d": ("2D LiDAR", ("real_time_factor:Planar", "karto", "hector")),
-    "3d": ("VLP-16 and IMU", ("real_time_factor:Spatial", "rko_lio", "kiss_icp")),
+    "3d": ("VLP-16 and IMU", ("real_time_factor:Spatial", "fast_lio2", "rko_lio", "kiss_icp")),
     "stereo": ("stereo 752 x 480 at 30 Hz", ("real_time_factor:Seeing", "orb_slam3")),
 }
 

@@ -302,6 +302,14 @@ def hector_map(folder: Path) -> None:
     write_archive(folder / "map.npz", "hector", 1, arrays)
 
 
+def fast_lio2_map(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    points = np.arange(300.0).reshape(100, 3)
+    write_archive(
+        folder / "map.npz", "fast_lio2", 1, {"settings": np.array("{}"), "size": np.array(0.5), "points": points}
+    )
+
+
 def vocabulary(folder: Path) -> None:
     put(folder, {"voc.txt": "10 6 0 0\n" + "".join(f"{n} 1 {' '.join(['7'] * 32)} 0.5\n" for n in range(3))})
 

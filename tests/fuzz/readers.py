@@ -32,6 +32,8 @@ from taskslam.report import write_report
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
 from taskslam.slam.cards import read_kept_card
+from taskslam.slam.fast_lio2 import map_file as fast_lio2_map_file
+from taskslam.slam.fast_lio2.voxel_map import VoxelMap
 from taskslam.slam.hector import map_file as hector_map_file
 from taskslam.slam.hector.mapper import HectorMapper
 from taskslam.slam.hector.settings import HectorSettings
@@ -183,6 +185,10 @@ def _hector(path: Path) -> None:
     hector_map_file.read_map(path, HectorMapper(HectorSettings()))
 
 
+def _fast_lio2(path: Path) -> None:
+    fast_lio2_map_file.read_map(path, VoxelMap(0.5, True))
+
+
 examples.environment()
 _SHIPPED = ("taskslam.user_files",)
 _TABLES = ("taskslam.record.number_table", "taskslam.record.trajectories")
@@ -227,6 +233,7 @@ READERS = {
         Reader("texture", examples.pictures, one(_texture), ("taskslam.world.gazebo.textures",)),
         Reader("karto_map", examples.karto_map, one(_karto), ("taskslam.slam.map_archive",)),
         Reader("hector_map", examples.hector_map, one(_hector), ("taskslam.slam.map_archive",)),
+        Reader("fast_lio2_map", examples.fast_lio2_map, one(_fast_lio2), ("taskslam.slam.map_archive",)),
         Reader("vocabulary", examples.vocabulary, one(check_text), ("taskslam.slam.orb.vocabulary",)),
         Reader("mesh", examples.meshes_in, _mesh, ("taskslam.world.gazebo.meshes", "taskslam.world.gazebo.collada")),
         Reader("world", examples.world, whole(_world), ("taskslam.world.gazebo.resources",), FEW),
