@@ -42,6 +42,7 @@ from taskslam.slam.orb.vocabulary import check_text
 from taskslam.studies.study import load_study
 from taskslam.studies.study_evaluation import Settings, evaluate_study
 from taskslam.world.cache import load_cached
+from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.meshes import MeshLibrary
 from taskslam.world.gazebo.resources import Resources
 from taskslam.world.gazebo.textures import TextureStore, decode
@@ -140,7 +141,8 @@ def _arrivals(folder: Path, name: str) -> None:
 def _mesh(folder: Path, name: str) -> None:
     name = {"a.mtl": "a.obj", "paint.png": "a.dae"}.get(name, name)
     resources = Resources((folder,))
-    MeshLibrary(resources, TextureStore(resources)).load(folder / name)
+    left_out = LeftOut()
+    MeshLibrary(resources, TextureStore(resources, left_out), left_out).load(folder / name)
 
 
 def _world(folder: Path) -> None:

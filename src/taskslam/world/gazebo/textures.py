@@ -11,6 +11,7 @@ from PIL import Image
 
 from taskslam.errors import WorldError
 from taskslam.reading import MOST_TEXTURE_PIXELS, opened_picture
+from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.resources import Resources
 
 _FORMATS = ("PNG", "JPEG", "TGA", "BMP", "GIF", "TIFF", "WEBP", "DDS", "PPM")  # not EPS, which starts a program
@@ -47,24 +48,36 @@ def _as_array(image: Image.Image) -> Texture:
 
 
 class TextureStore:
-    """Textures by the content of their files, and the names of those that are missing or damaged."""
+    """Textures by the content of their files; those that are missing or damaged are noted once each."""
 
-    def __init__(self, resources: Resources) -> None:
-        self._resources = resources
+    def __init__(self, resources: Resources, left_out: LeftOut) -> None:
+        self._resources, self._left_out = resources, left_out
         self._textures: dict[str, Texture | None] = {}
-        self.missing: dict[str, None] = {}
-        self.damaged: dict[str, None] = {}
+        self._noted: set[str] = set()
 
     def find(self, name: str, folder: Path) -> Texture | None:
         """The texture that a file in `folder` calls `name`; None, and noted, if it is missing or damaged."""
         path = self._resources.find_texture(name, folder)
         if path is None:
-            self.missing[name.replace("\\", "/").rsplit("/", 1)[-1]] = None
+            self.missing(name)
             return None
         texture = self.decoded(self._resources.read(path))
         if texture is None:
-            self.damaged[path.name] = None
+            self.damaged(path.name)
         return texture
+
+    def missing(self, name: str) -> None:
+        """Note a texture that is nowhere to be found, by the last part of its name."""
+        name = name.replace("\\", "/").rsplit("/", 1)[-1]
+        if name not in self._noted:
+            self._left_out.missing("texture", name)
+        self._noted.add(name)
+
+    def damaged(self, name: str) -> None:
+        """Note a texture that cannot be decoded."""
+        if name not in self._noted:
+            self._left_out.damaged("texture", name)
+        self._noted.add(name)
 
     def decoded(self, data: bytes) -> Texture | None:
         """The texture of an image file's bytes; the same bytes always give the same array."""
