@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.evaluation.trajectory_pairs import DeltaUnit
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
+from taskslam.studies.run_comparability import diverged
 from taskslam.studies.study import load_study
 from taskslam.studies.study_evaluation import Settings, evaluate_study
 from taskslam.studies.study_results import write_results
@@ -193,3 +194,58 @@ def test_the_real_runs_of_euroc(data):
     assert by_method["vislam_ba"].compared_frames is by_method["vislam_ba"].shared
     assert by_method["vislam_ba"].common.frames < 10
     assert not results.left_out
+
+
+def shifted(run, nanoseconds, step=1):
+    """The same drive, seen at other times: interpolated by scipy, an independent implementation."""
+    stamps = run.stamps[:-1:step] + nanoseconds
+    at = (stamps - STAMPS[0]) / 1e9
+    own = (run.stamps - STAMPS[0]) / 1e9
+    positions = np.column_stack([np.interp(at, own, axis) for axis in run.positions.T])
+    turns = Slerp(own, Rotation.from_quat(run.quaternions))(at)
+    return SpatialTrajectory(stamps, positions, turns.as_quat())
+
+
+def test_live_runs_that_share_no_stamps_are_compared_at_common_times(folder):
+    runs = [estimate(0.05, seed=seed) for seed in range(5)]
+    add(folder, "plain", *runs)
+    add(folder, "live", *(shifted(run, 3_000_000 * number) for number, run in enumerate(runs)))
+    live, plain = sorted(evaluate_study(load_study(str(folder)), Settings()).results, key=lambda result: result.method)
+    assert live.interpolated
+    assert not plain.interpolated
+    assert live.common.frames == pytest.approx(COUNT, abs=3)
+    assert live.common.precision_m == pytest.approx(plain.common.precision_m, rel=0.25)  # between poses noise averages
+    assert live.common.precision_m < plain.common.precision_m
+    wide = evaluate_study(load_study(str(folder)), Settings(frame_tolerance_ns=12_500_000))
+    live = next(result for result in wide.results if result.method == "live")
+    assert not live.interpolated
+    assert live.common.frames == COUNT - 1
+
+
+def test_frames_in_a_gap_of_a_run_are_not_interpolated(folder):
+    runs = [estimate(0.01, seed=seed) for seed in range(3)]
+    lost = shifted(runs[2], 7_000_000)
+    lost = lost[np.r_[0:100, 160 : len(lost)]]
+    add(folder, "live", runs[0], shifted(runs[1], 3_000_000), lost)
+    result = only(evaluate_study(load_study(str(folder)), Settings()))
+    assert result.interpolated
+    assert result.common.frames == pytest.approx(COUNT - 60, abs=3)
+
+
+def test_one_run_of_ten_that_diverged_is_named_and_precision_given_without_it(folder):
+    runs = [estimate(0.02, seed=seed) for seed in range(10)]
+    add(folder, "good", *runs[:9])
+    add(folder, "once", *runs[:9], SpatialTrajectory(STAMPS, runs[9].positions * 1.5, runs[9].quaternions))
+    good, once = sorted(evaluate_study(load_study(str(folder)), Settings()).results, key=lambda result: result.method)
+    assert (good.diverged, good.without_diverged) == ((), None)
+    assert [file.rpartition("/")[2] for file in once.diverged] == ["once_run9.tum"]
+    assert once.without_diverged.precision_m == pytest.approx(good.common.precision_m, rel=1e-9)
+    assert once.common.precision_m > 1.5 * once.without_diverged.precision_m
+
+
+@pytest.mark.parametrize(
+    ("rmse", "expected"),
+    [([1.0, 1.1, 0.9, 40.0], [3]), ([1.0, 40.0, 40.0], []), ([1.0, 2.0, 3.0, 4.0, 5.0], []), ([0.0] * 5, []), ([], [])],
+)
+def test_a_run_diverged_only_where_the_others_agree(rmse, expected):
+    assert diverged(rmse) == expected

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from taskslam.evaluation.trajectory_alignment import Alignment
     from taskslam.evaluation.trajectory_pairs import DeltaUnit
-    from taskslam.studies.study_results import FrameSet, OpenLoopResults
+    from taskslam.studies.run_names import Grouping
+    from taskslam.studies.study_results import FrameSet, MethodSummary, OpenLoopResults
 
 
 def evaluate_trajectories(
@@ -34,6 +35,13 @@ def evaluate_trajectories(
     times: Annotated[Path | None, typer.Option(help="Seconds of each pose, one a line: for KITTI files.")] = None,
     topic: Annotated[str | None, typer.Option(help="Topic of the runs that are bags and name none.")] = None,
     max_difference: Annotated[float, typer.Option(help="Seconds that associated stamps may differ.")] = 0.01,
+    frame_tolerance: Annotated[
+        float, typer.Option(help="Seconds within which stamps of two runs mean the same frame.")
+    ] = 0.001,
+    one_method: Annotated[
+        bool, typer.Option("--one-method", help="All runs are of one method, whatever names.")
+    ] = False,
+    apart: Annotated[bool, typer.Option("--apart", help="Every run is a method of its own.")] = False,
     rpe: Annotated[
         str | None, typer.Option(help="Also relative errors over 1m, 5s, 30deg or 20frames, consecutive pairs.")
     ] = None,
@@ -64,10 +72,23 @@ def evaluate_trajectories(
     from taskslam.studies.study_evaluation import Settings, evaluate_study
     from taskslam.studies.study_results import write_results
 
-    settings = Settings(_alignment(align), _nanoseconds(max_difference), _delta(rpe), upstream_compat)
-    study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times))
+    settings = Settings(
+        _alignment(align),
+        _nanoseconds("--max-difference", max_difference),
+        _nanoseconds("--frame-tolerance", frame_tolerance),
+        _delta(rpe),
+        upstream_compat,
+    )
+    grouping = _grouping(one_method, apart)
+    study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times), grouping)
     results = evaluate_study(study, settings)
     console = standard_output()
+    for name, sequence in study.sequences.items():
+        counted = "; ".join(
+            f"{len(files)} runs of {method}" for method, files in sequence.runs.items() if len(files) > 1
+        )
+        if counted:
+            console.print(f"{name}: {counted} (--apart: each a method of its own).")
     _print_runs(console, results)
     _print_sequences(console, results)
     for left in results.left_out:
@@ -91,12 +112,21 @@ def _alignment(name: str) -> Alignment:
     return Alignment(name)
 
 
-def _nanoseconds(seconds: float) -> int:
+def _grouping(one_method: bool, apart: bool) -> Grouping:
+    from taskslam.errors import InputError
+    from taskslam.studies.run_names import Grouping
+
+    if one_method and apart:
+        raise InputError("--one-method and --apart contradict each other; expected one of them")
+    return Grouping.ONE_METHOD if one_method else Grouping.APART if apart else Grouping.BY_NAME
+
+
+def _nanoseconds(option: str, seconds: float) -> int:
     from taskslam.errors import InputError
     from taskslam.measurements import NANOSECONDS
 
     if not 0 <= seconds <= 3600:
-        raise InputError(f"--max-difference {seconds:g}: expected seconds, from 0 to 3600")
+        raise InputError(f"{option} {seconds:g}: expected seconds, from 0 to 3600")
     return round(seconds * NANOSECONDS)
 
 
@@ -173,6 +203,9 @@ def _print_sequences(console: Console, results: OpenLoopResults) -> None:
         f"D = {100 * units.robot_diameter:g} cm, FoV = {units.field_of_view:g}°. "
         "%: share of the frames that any run has."
     )
+    for result in results.results:
+        for sentence in _cautions(result):
+            console.print(sentence)
     if any(result.compared_frames is not result.common for result in results.results):
         console.print("* Hardly a frame is in all runs: these are the frames of at least two runs.")
     if any(result.published for result in results.results):
@@ -184,6 +217,24 @@ def _print_sequences(console: Console, results: OpenLoopResults) -> None:
         console.print(table)
         console.print("Frames of all runs; lever arm: aligned; own frames: runs without map as they stand besides.")
     console.print(verdict_sentence(results))
+
+
+def _cautions(result: MethodSummary) -> list[str]:
+    """What must be known of these runs before their numbers are believed."""
+    who = f"{result.sequence}, {result.method}"
+    said = []
+    if result.interpolated:
+        said.append(
+            f"{who}: the runs share no stamps; they are compared at the {result.common.frames} times of the run with"
+            " fewest poses, interpolated (--frame-tolerance would pair stamps that differ)."
+        )
+    if result.diverged and result.without_diverged is not None:
+        with_all, without = (_cm(frames.precision_m) for frames in (result.compared_frames, result.without_diverged))
+        said.append(
+            f"{who}: {len(result.diverged)} of {len(result.runs)} runs diverged ({', '.join(result.diverged)}):"
+            f" E is {with_all} cm with and {without} cm without."
+        )
+    return said
 
 
 def verdict_sentence(results: OpenLoopResults) -> str:

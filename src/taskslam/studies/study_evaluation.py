@@ -14,12 +14,18 @@ from pathlib import Path
 from taskslam.datasets.trajectory_files import read_trajectory_file
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment, align
-from taskslam.evaluation.trajectory_association import DEFAULT_MAX_DIFFERENCE_NS, associate_trajectories, common_frames
+from taskslam.evaluation.trajectory_association import (
+    DEFAULT_MAX_DIFFERENCE_NS,
+    FRAME_TOLERANCE_NS,
+    associate_trajectories,
+    common_frames,
+)
 from taskslam.evaluation.trajectory_errors import Statistics, absolute_errors, relative_errors
 from taskslam.evaluation.trajectory_pairs import DeltaUnit, pairs
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.record.trajectories import SpatialTrajectory
+from taskslam.studies.run_comparability import at_common_times, diverged
 from taskslam.studies.study import SequenceRuns, Study
 from taskslam.studies.study_comparison import (
     AlignedRun,
@@ -42,10 +48,15 @@ from taskslam.studies.study_results import (
 
 @dataclass(frozen=True)
 class Settings:
-    """How a study is evaluated. align: of methods that say nothing; rpe: over what, or no RPE at all."""
+    """How a study is evaluated.
+
+    align: of methods that say nothing; max_difference_ns: between a pose and its ground truth; frame_tolerance_ns:
+    between stamps of two runs that mean the same frame; rpe: over what, or no RPE at all.
+    """
 
     align: Alignment = Alignment.SE3
     max_difference_ns: int = DEFAULT_MAX_DIFFERENCE_NS
+    frame_tolerance_ns: int = FRAME_TOLERANCE_NS
     rpe: tuple[float, DeltaUnit] | None = None
     upstream_compat: bool = False
 
@@ -67,7 +78,8 @@ def evaluate_study(study: Study, settings: Settings) -> OpenLoopResults:
             )
             for method in sequence.runs
         }
-        seen = len(common_frames([run.stamps for method in runs.values() for run in method]))
+        stamps = [run.stamps for method in runs.values() for run in method]
+        seen = len(common_frames(stamps, settings.frame_tolerance_ns))
         frames[name] = sequence.frames or seen
         results += [
             _method_result(name, method, study.alignment(method, settings.align), found, frames[name], truth, settings)
@@ -123,20 +135,30 @@ def _method_result(
     truth: SpatialTrajectory,
     settings: Settings,
 ) -> MethodSummary:
-    table = common_frames([run.aligned.stamps for run in runs])
+    judged = tuple(_run_result(run, frames, truth, settings) for run in runs)
+    table = common_frames([run.aligned.stamps for run in runs], settings.frame_tolerance_ns)
+    interpolated = len(runs) > 1 and shared_set(runs, table).share < FEW_FRAMES
+    if interpolated:
+        runs, table = at_common_times(runs)
     common, shared = common_set(runs, table), shared_set(runs, table)
     frame_set = common_set if common.share >= FEW_FRAMES else shared_set
     position, orientation = accuracy_over_precision(runs, table, frame_set)
+    far = diverged([run.ate_m.rmse for run in judged])
+    kept = [run for run in range(len(runs)) if run not in far]
+    rest = table[:, kept]
     return MethodSummary(
         sequence=sequence,
         method=method,
         alignment=alignment,
-        runs=tuple(_run_result(run, frames, truth, settings) for run in runs),
+        runs=judged,
         common=common,
         shared=shared,
         position=position,
         orientation=orientation,
         published=published_precision(runs, table) if settings.upstream_compat and len(runs) > 2 else None,
+        interpolated=interpolated,
+        diverged=tuple(runs[run].file for run in far),
+        without_diverged=(frame_set([runs[run] for run in kept], rest[(rest >= 0).any(axis=1)]) if far else None),
     )
 
 

@@ -110,7 +110,9 @@ class Ratio(_Part):
 class MethodSummary(_Part):
     """One method on one sequence. common: frames that all runs have; shared: frames that at least two runs have.
 
-    position, orientation: e over E and delta over Delta on `compared_frames`.
+    position, orientation: e over E and delta over Delta on `compared_frames`; interpolated: the runs share no stamps,
+    and are compared at those of the one with fewest poses; diverged: files of runs so far off that they alone decide
+    what is said; without_diverged: the compared frames of the others.
     """
 
     sequence: str
@@ -122,6 +124,9 @@ class MethodSummary(_Part):
     position: Ratio | None
     orientation: Ratio | None
     published: PublishedPrecision | None = None
+    interpolated: bool = False
+    diverged: tuple[str, ...] = ()
+    without_diverged: FrameSet | None = None
 
     @property
     def compared_frames(self) -> FrameSet:
