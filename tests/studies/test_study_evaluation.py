@@ -249,3 +249,90 @@ def test_one_run_of_ten_that_diverged_is_named_and_precision_given_without_it(fo
 )
 def test_a_run_diverged_only_where_the_others_agree(rmse, expected):
     assert diverged(rmse) == expected
+
+
+def test_completeness_is_capped_and_gaps_are_measured(folder):
+    lost = np.r_[0:100, 300:COUNT]
+    add(folder, "whole", estimate(0.01))
+    add(folder, "lost", estimate(0.01, rows=lost))
+    dense = np.arange(STAMPS[0], STAMPS[-1], 5_000_000)
+    positions = np.column_stack([np.interp(dense, STAMPS, axis) for axis in WAY.T])
+    add(folder, "dense", SpatialTrajectory(dense, positions, np.tile([0.0, 0, 0, 1], (len(dense), 1))))
+    (folder / "study.yaml").write_text(
+        "sequences: {s: {groundtruth: groundtruth.tum, frames: 400,"
+        " runs: {whole: whole_run0.tum, lost: lost_run0.tum, dense: dense_run0.tum}}}"
+    )
+    runs = {
+        result.method: result.runs[0]
+        for result in evaluate_study(load_study(str(folder / "study.yaml")), Settings()).results
+    }
+    assert (runs["whole"].completeness, runs["whole"].gaps, runs["whole"].time_covered) == (1.0, 0, 1.0)
+    assert runs["lost"].completeness == pytest.approx(0.5)
+    assert runs["lost"].time_covered == pytest.approx(0.5, abs=0.01)
+    assert (runs["lost"].gaps, runs["lost"].longest_gap_s) == (1, pytest.approx(10.05))
+    assert runs["dense"].completeness == pytest.approx(1.0, abs=0.01)
+    assert runs["dense"].completeness <= 1.0
+
+
+def smooth(shift_s=0.0):
+    """A smooth drive and an estimate of it, a centimetre off, whose clock is late."""
+    at = np.arange(COUNT) * 0.05
+
+    def way(t):
+        return np.column_stack([3 * np.sin(0.6 * t), 2 * np.cos(0.37 * t), 0.3 * np.sin(1.1 * t)])
+
+    still = np.tile([0.0, 0, 0, 1], (COUNT, 1))
+    noise = np.random.default_rng(1).normal(0, 0.01, (COUNT, 3))
+    late = STAMPS + round(shift_s * 1e9)
+    return SpatialTrajectory(STAMPS, way(at), still), SpatialTrajectory(late, way(at) + noise, still)
+
+
+def test_a_clock_that_is_off_is_warned_of_and_can_be_set_right(tmp_path):
+    truth, late = smooth(0.3)
+    write_trajectory(tmp_path / "groundtruth.tum", truth)
+    write_trajectory(tmp_path / "late.tum", late)
+    study = load_study(str(tmp_path / "groundtruth.tum"), [str(tmp_path / "late.tum")])
+    (as_it_stands,) = only(evaluate_study(study, Settings())).runs
+    assert as_it_stands.ate_m.rmse > 0.2
+    (note,) = as_it_stands.notes
+    assert note.startswith("its clock may be off: with --time-offset -0.300 its ATE would be 1.7")
+    for offset in (-0.3, None):
+        (run,) = only(evaluate_study(study, Settings(time_offset_s=offset))).runs
+        assert run.ate_m.rmse == pytest.approx(0.01 * math.sqrt(3), rel=0.1)
+        assert run.time_offset_s == pytest.approx(-0.3, abs=2e-3)
+        assert run.associated == COUNT
+        assert [("added to its stamps" in note) for note in run.notes] == ([True] if offset is None else [])
+
+
+def test_a_clock_that_counts_from_the_start_needs_auto(tmp_path):
+    truth, run = smooth()
+    write_trajectory(tmp_path / "groundtruth.tum", truth)
+    write_trajectory(tmp_path / "run.tum", SpatialTrajectory(run.stamps - STAMPS[0], run.positions, run.quaternions))
+    study = load_study(str(tmp_path / "groundtruth.tum"), [str(tmp_path / "run.tum")])
+    with pytest.raises(TrajectoryError, match="do not overlap in time"):
+        evaluate_study(study, Settings())
+    (found,) = only(evaluate_study(study, Settings(time_offset_s=None))).runs
+    assert found.ate_m.rmse == pytest.approx(0.01 * math.sqrt(3), rel=0.1)
+
+
+def test_a_straight_drive_says_that_its_turn_is_open(tmp_path):
+    at = np.arange(COUNT) * 0.05
+    still = np.tile([0.0, 0, 0, 1], (COUNT, 1))
+    way = np.column_stack([at, 1e-5 * np.sin(at), 0 * at])
+    noise = np.random.default_rng(1).normal(0, 0.001, (COUNT, 3))
+    write_trajectory(tmp_path / "gt.tum", SpatialTrajectory(STAMPS, way, still))
+    write_trajectory(tmp_path / "est.tum", SpatialTrajectory(STAMPS, way + noise, still))
+    study = load_study(str(tmp_path / "gt.tum"), [str(tmp_path / "est.tum")])
+    (run,) = only(evaluate_study(study, Settings())).runs
+    assert any(note.startswith("it drove along a line (0.00") for note in run.notes)
+    (run,) = only(evaluate_study(study, Settings(align=Alignment.YAW))).runs
+    assert run.notes == ()
+    assert run.rotation_rad.rmse < 0.01
+
+
+def test_what_is_left_out_of_the_ground_truth_is_said(folder):
+    add(folder, "plain", estimate(0.01))
+    path = folder / "groundtruth.tum"
+    path.write_text(path.read_text().replace("\n", "\nno pose at all\n", 3))
+    results = evaluate_study(load_study(str(folder)), Settings())
+    assert list(results.groundtruth_notes.values()) == [("3 lines are no poses and left out (first: line 2)",)]

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
     from taskslam.evaluation.trajectory_alignment import Alignment
     from taskslam.evaluation.trajectory_pairs import DeltaUnit
+    from taskslam.record.number_table import StampUnit
     from taskslam.studies.run_names import Grouping
     from taskslam.studies.study_results import FrameSet, MethodSummary, OpenLoopResults
+
+_LARGEST_OFFSET_S = 4e9  # from 1970 to today, for stamps that count from a start
 
 
 def evaluate_trajectories(
@@ -38,6 +41,12 @@ def evaluate_trajectories(
     frame_tolerance: Annotated[
         float, typer.Option(help="Seconds within which stamps of two runs mean the same frame.")
     ] = 0.001,
+    time_unit: Annotated[
+        str | None, typer.Option(help="Of stamps in text files: s, ms, us or ns; else told from them.")
+    ] = None,
+    time_offset: Annotated[
+        str, typer.Option(help="Seconds to add to the stamps of runs, or auto: what gives the smallest ATE.")
+    ] = "0",
     one_method: Annotated[
         bool, typer.Option("--one-method", help="All runs are of one method, whatever names.")
     ] = False,
@@ -78,6 +87,8 @@ def evaluate_trajectories(
         _nanoseconds("--frame-tolerance", frame_tolerance),
         _delta(rpe),
         upstream_compat,
+        _unit(time_unit),
+        _offset(time_offset),
     )
     grouping = _grouping(one_method, apart)
     study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times), grouping)
@@ -110,6 +121,29 @@ def _alignment(name: str) -> Alignment:
             f"--align {name}: expected one of {', '.join(Alignment)}.{did_you_mean(name, list(Alignment))}"
         )
     return Alignment(name)
+
+
+def _unit(name: str | None) -> StampUnit | None:
+    from taskslam.errors import InputError
+
+    units: dict[str, StampUnit] = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+    if name is not None and name not in units:
+        raise InputError(f"--time-unit {name}: expected one of {', '.join(units)}")
+    return None if name is None else units[name]
+
+
+def _offset(text: str) -> float | None:
+    from taskslam.errors import InputError
+
+    if text == "auto":
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not abs(seconds) < _LARGEST_OFFSET_S:
+        raise InputError(f"--time-offset {text}: expected seconds, or auto")
+    return seconds
 
 
 def _grouping(one_method: bool, apart: bool) -> Grouping:
@@ -180,6 +214,9 @@ def _print_runs(console: Console, results: OpenLoopResults) -> None:
     }
     how = "; ".join(f"{kind}: {', '.join(dict.fromkeys(who))}" for kind, who in aligned.items() if who)
     console.print(f"Medians over runs, of the root mean square (ATE, RPE) and of the mean angle. Aligned by {how}.")
+    for name, notes in results.groundtruth_notes.items():
+        for note in notes:
+            console.print(f"  ground truth of {name}: {note}")
     for result in results.results:
         for run in result.runs:
             for note in run.notes:

@@ -19,6 +19,7 @@ from taskslam.record.trajectories import SpatialTrajectory
 
 # Below this share of the greatest extent, an extent is noise of the arithmetic.
 _DEGENERATE = 1e-12
+_STRAIGHT, _SURE = 0.1, 3.0
 
 
 class Alignment(StrEnum):
@@ -70,6 +71,22 @@ def align(estimate: SpatialTrajectory, reference: SpatialTrajectory, kind: Align
         rotation, scale = _umeyama(covariance, float(np.einsum("ij,ij->", dx, dx)) / len(x))
     scale = scale if kind is Alignment.SIM3 else 1.0
     return Similarity(rotation, mean_y - scale * rotation @ mean_x, scale)
+
+
+def noise_about_a_line(aligned: SpatialTrajectory, reference: SpatialTrajectory) -> tuple[float, float] | None:
+    """Whether an alignment's rotation about the line of a nearly straight drive rests on nothing but errors.
+
+    Returns the spread (standard deviation, m) of the reference across its line and the errors across it (root mean
+    square of an axis, m), or None where the spread is at least a tenth of that along the line, or three times the
+    errors: then the drive itself says how it is turned. A straight corridor with a millimetre of noise turns anyhow.
+    """
+    centred = reference.positions - reference.positions.mean(axis=0)
+    spread, axes = np.linalg.eigh(centred.T @ centred / len(centred))
+    across = float(np.sqrt(max(spread[1], 0.0)))
+    errors = (aligned.positions - reference.positions) @ axes[:, :2]
+    noise = float(np.sqrt(np.mean(errors * errors)))
+    straight = across < _STRAIGHT * math.sqrt(max(spread[2], 0.0)) and across < _SURE * noise
+    return (across, noise) if straight else None
 
 
 def _umeyama(covariance: FloatArray, variance: float) -> tuple[FloatArray, float]:

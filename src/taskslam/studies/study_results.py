@@ -50,8 +50,9 @@ class RelativeErrors(_Part):
 class RunResult(_Part):
     """One run against the ground truth, after alignment (scale: of Sim(3), else 1).
 
-    associated: poses that have one of the ground truth; completeness: poses over frames of the sequence; time_covered:
-    from first to last associated pose, as a share of the ground truth's time.
+    associated: poses that have one of the ground truth; completeness: poses over frames of the sequence, or
+    time_covered where there are more poses than frames; time_covered: from first to last associated pose without the
+    gaps between them, as a share of the ground truth's time; time_offset_s: what was added to its stamps.
     """
 
     file: str
@@ -64,6 +65,9 @@ class RunResult(_Part):
     rotation_rad: ErrorStatistics
     rpe: RelativeErrors | None = None
     notes: tuple[str, ...] = ()
+    gaps: int = 0
+    longest_gap_s: float = 0.0
+    time_offset_s: float = 0.0
 
 
 class FrameSet(_Part):
@@ -170,7 +174,10 @@ class Verdict(_Part):
 
 
 class OpenLoopResults(_Part):
-    """The content of open_loop.json. frames: of each sequence; counted: said by the study, not seen in the runs."""
+    """The content of open_loop.json. frames: of each sequence; counted: said by the study, not seen in the runs.
+
+    groundtruth_notes: what was left out of a sequence's ground truth, or guessed.
+    """
 
     format: Literal["taskslam-open-loop/1"] = OPEN_LOOP_FORMAT
     units: StudyUnits
@@ -180,6 +187,7 @@ class OpenLoopResults(_Part):
     results: tuple[MethodSummary, ...]
     verdict: Verdict
     left_out: tuple[LeftOutRun, ...] = ()
+    groundtruth_notes: dict[str, tuple[str, ...]] = {}
 
 
 def write_results(folder: Path, results: OpenLoopResults) -> list[Path]:
@@ -214,7 +222,19 @@ def _sequence_row(result: MethodSummary, units: StudyUnits) -> dict[str, object]
 
 def _run_row(result: MethodSummary, run: RunResult) -> dict[str, object]:
     row: dict[str, object] = {"sequence": result.sequence, "method": result.method, "alignment": result.alignment.value}
-    row |= run.model_dump(include={"file", "poses", "associated", "completeness", "time_covered", "scale"})
+    row |= run.model_dump(
+        include={
+            "file",
+            "poses",
+            "associated",
+            "completeness",
+            "time_covered",
+            "gaps",
+            "longest_gap_s",
+            "time_offset_s",
+            "scale",
+        }
+    )
     row |= {f"ate_{name}_m": value for name, value in run.ate_m.model_dump().items()}
     row |= {f"rotation_{name}_rad": value for name, value in run.rotation_rad.model_dump().items()}
     if run.rpe is not None:
