@@ -54,9 +54,11 @@ def read_trajectory_file(
 
 def split_topic(source: str) -> tuple[Path, str | None]:
     """`drive.bag:/odom` as path and topic; a path that exists as it stands has no topic."""
-    head, colon, topic = source.rpartition(":")
-    if colon and head and topic and not is_there(Path(source)) and is_bag(Path(head)):
-        return Path(head), topic
+    parts = source.split(":")
+    for at in range(1, len(parts)) if not is_there(Path(source)) else ():
+        head, topic = ":".join(parts[:at]), ":".join(parts[at:])
+        if head and topic and is_bag(Path(head)):
+            return Path(head), topic
     return Path(source), None
 
 
