@@ -35,7 +35,7 @@ def test_a_lens_by_any_name(name, given_, expected):
         ("omni", [0.1], "here: distortion model 'omni'; expected one of brown, equi"),
         ("thin_prism_fisheye", [0.1] * 12, "distortion model 'thin_prism_fisheye'"),
         ("rational_polynomial", [0.1] * 12, "12 coefficients: thin prisms or a tilted sensor"),
-        ("equidistant", [0.1] * 5, "5 coefficients for the model 'equidistant'; expected 0 or 4"),
+        ("equidistant", [0.1] * 5, "5 coefficients for the distortion model 'equidistant'; expected 0 or 4"),
         ("radtan", [0.1] * 3, "3 coefficients .* expected 0 or 4 or 5 or 8 or 12 or 14"),
         ("none", [0.1], "'none' with 1 coefficients that are not zero"),
     ],
