@@ -15,6 +15,7 @@ from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.meshes import MeshLibrary
 from taskslam.world.gazebo.resources import Resources
 from taskslam.world.gazebo.surfaces import Surface, check_surface
+from taskslam.world.gazebo.textures import grey_image
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -44,6 +45,8 @@ class GeometryReader:
         for shape in geometry:
             if shape.tag == "mesh":
                 surfaces += self._mesh(shape, folder, where)
+            elif shape.tag == "heightmap":
+                surfaces += self._heightmap(shape, folder, where)
             elif shape.tag in _PRIMITIVES:
                 surfaces += _PRIMITIVES[shape.tag](shape, f"<{shape.tag}> in {where}")
             elif shape.tag not in ("polyline", *_IGNORED):
@@ -73,6 +76,17 @@ class GeometryReader:
             return surfaces
         T = np.diag([*scale, 1.0])
         return [surface.transformed(T) for surface in surfaces]
+
+    def _heightmap(self, shape: Element, folder: Path, where: str) -> list[Surface]:
+        """Terrain from a grey image; a digital elevation model, which is none, cannot be read."""
+        uri = text_of(shape, "uri")
+        path = self.resources.find(uri, folder, where) if uri else None
+        if path is None or path.is_dir():
+            self.left_out.missing("heightmap", uri)
+            return []
+        heights = grey_image(self.resources.read(path), f"Heightmap {path}")
+        size = vector(shape, "size", (1.0, 1.0, 1.0), where)
+        return [primitives.terrain(heights, size, np.array(vector(shape, "pos", (0.0, 0.0, 0.0), where)))]
 
     def _polylines(self, contours: list[Element], where: str) -> list[Surface]:
         height = _positive(contours[0], "height", where)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from taskslam.errors import WorldError
-from taskslam.reading import MOST_TEXTURE_PIXELS, opened_picture
+from taskslam.reading import MOST_HEIGHTS, MOST_TEXTURE_PIXELS, opened_picture
 from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.resources import Resources
 
@@ -29,6 +29,14 @@ def decode(data: bytes) -> Texture | None:
             return _as_array(image)
     except WorldError:
         return None
+
+
+def grey_image(data: bytes, where: str) -> npt.NDArray[np.float64]:
+    """(H, W) of an 8 or 16 bit image, row 0 at the top, in 0..1. Raises WorldError."""
+    with opened_picture(data, where, WorldError, _FORMATS, MOST_HEIGHTS) as image:
+        if image.mode.startswith("I"):
+            return np.asarray(image).astype(np.float64).clip(0, 65535) / 65535.0
+        return np.asarray(image.convert("RGB"))[:, :, 0].astype(np.float64) / 255.0
 
 
 def _as_array(image: Image.Image) -> Texture:
