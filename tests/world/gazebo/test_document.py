@@ -86,3 +86,37 @@ def test_degrees_and_quaternions_of_sdf_1_9(site, link, extent_of):
     turned = "<pose rotation_format='quat_xyzw'>0 0 0 0 0 1 1</pose>"
     world = site.load(f"<model name='m'>{turned}{link(size=(4, 1, 1))}</model>", "1.9")
     assert extent_of(world.visual).tolist() == [-0.5, -2, -0.5, 0.5, 2, 0.5]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: "\n\n" + "<?xml version='1.0'?>" + text,
+        lambda text: "\ufeff<?xml version='1.0' encoding='utf-8'?>\n" + text,
+        lambda text: text.replace("<link", "<!-- a -- b --- <link> --><link"),
+        lambda text: text.replace("<link", "<!-- <![CDATA[ --><link").replace("</link>", "<!-- ]]> --></link>"),
+        lambda text: text.replace("<link", "<gz:priority a:b='1'>7</gz:priority><link"),
+        lambda text: text.replace("<link", "<gz::system::priority>7</gz::system::priority><link"),
+        lambda text: text.replace("<link", "<plugin name='a&b'>x && y &nbsp; &amp;</plugin><link"),
+        lambda text: text.replace("<link", "<!-- caf\xe9 --><plugin name='caf\xe9'/><link").encode("latin-1"),
+        lambda text: f"<?xml version='1.0' encoding='UTF-16'?>{text}".encode("utf-16"),
+        lambda text: text.replace("<link", "<plugin><![CDATA[ <!-- kept --> ]]></plugin><link"),
+    ],
+)
+def test_what_tinyxml_reads_is_read(site, link, change):
+    path = site.world(f"<model name='m'>{link()}</model>")
+    changed = change(path.read_text())
+    path.write_bytes(changed.encode() if isinstance(changed, str) else changed)
+    world = load_world(path, use_cache=False)
+    assert (len(world.visual), world.warnings) == (12, ())
+
+
+def test_a_mistake_is_named_with_its_line_whatever_was_mended_above_it(site):
+    text = "\n\n<?xml version='1.0'?>\n<!-- one -- \n two -->\n<sdf version='1.6'>\n<world a='1' a='2'/>\n</sdf>"
+    with pytest.raises(WorldError, match="line 7: an element has the same attribute twice, which Gazebo refuses too"):
+        load_world(site.file("worlds/twice.sdf", text), use_cache=False)
+
+
+def test_a_plugin_that_speaks_of_links_and_models_holds_nothing_solid(site, link):
+    plugin = "<plugin name='p'><model>m</model><link>l</link></plugin>"
+    assert site.load(f"<model name='m'>{plugin}{link()}</model>{plugin}").warnings == ()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _STRAY_AMPERSAND = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
 _COMMENT = re.compile(rb"(<!\[CDATA\[.*?\]\]>)|<!--.*?-->", re.DOTALL)
+_TWO_COLONS = re.compile(rb"(</?[A-Za-z_][\w.-]*)::(?=[\w.-])")
 _PREFIX = re.compile(rb"(?:</?|\s)([A-Za-z_][\w.-]*):[\w.-]+(?=[\s=/>])")
 _FIRST_TAG = re.compile(rb"<[A-Za-z_][\w.:-]*")
 _PLACE = re.compile(r": line (\d+), column \d+$")
@@ -35,7 +36,7 @@ def lenient_xml(data: bytes) -> bytes:
     """The same document as a strict parser reads it too, line by line: what TinyXML2, which Gazebo uses, lets pass.
 
     Blanks before the declaration, `--` in comments (all comments go), bare `&`, bytes that are not UTF-8 (taken for
-    Latin-1), prefixes that no one declares.
+    Latin-1), prefixes that no one declares, names such as `gz::system_priority`.
     """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):  # UTF-16 says so itself, and is well-formed or not
         return data
@@ -48,6 +49,8 @@ def lenient_xml(data: bytes) -> bytes:
     data = data.removeprefix(b"\xef\xbb\xbf").lstrip()
     data = _COMMENT.sub(lambda found: found[1] or b"\n" * found[0].count(b"\n"), data)
     data = _STRAY_AMPERSAND.sub(b"&amp;", data)
+    while b"::" in data and (joined := _TWO_COLONS.sub(rb"\1..", data)) != data:
+        data = joined
     wanted = {prefix for prefix in _PREFIX.findall(data) if prefix not in (b"xml", b"xmlns")}
     unknown = [prefix for prefix in sorted(wanted) if b"xmlns:" + prefix not in data]
     declarations = b"".join(b' xmlns:%b="%b"' % (prefix, prefix) for prefix in unknown)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 _NOT_SUPPORTED = ("actor", "population", "road")
-_READ = ("frame", "joint", "light", "link", "state")
+_READ = ("frame", "gui", "joint", "light", "link", "plugin", "state")
 _SOLID = ("collision", "include", "link", "model", "visual")
 _DEEPEST_NESTING = 32
 _MOST_PARTS = 20_000  # files that include others twice over grow without bound
