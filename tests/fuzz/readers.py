@@ -101,7 +101,7 @@ def _camera(path: Path) -> None:
 
 
 def _study(folder: Path) -> None:
-    evaluate_study(load_study(str(folder / "study.yaml")), Settings(rpe=None))
+    evaluate_study(load_study(str(folder / "study.yaml")), Settings())
 
 
 def _trajectory(folder: Path, name: str) -> None:

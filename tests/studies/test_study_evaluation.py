@@ -115,13 +115,15 @@ def test_completeness_is_of_the_frames_that_the_study_names_or_else_of_those_see
 
 def test_one_run_has_accuracy_and_no_precision(folder):
     add(folder, "single", estimate(0.05))
-    results = evaluate_study(load_study(str(folder)), Settings(rpe=(1.0, DeltaUnit.METRES)))
+    results = evaluate_study(load_study(str(folder)), Settings(rpe=((1.0, DeltaUnit.METRES), (5.0, DeltaUnit.SECONDS))))
     result = only(results)
     assert result.common.precision_m is None
     assert result.common.accuracy_m > 0
     assert result.position is None
     assert results.verdict.compared == 0
-    assert result.runs[0].rpe.pairs > 10
+    assert [each.delta for each in result.runs[0].rpe] == ["1 m", "5 s"]
+    assert result.runs[0].rpe[0].pairs > 10
+    assert result.runs[0].rpe[1].pairs == 3
 
 
 def test_what_cannot_be_evaluated_is_named_and_the_rest_is_evaluated(folder):
@@ -143,8 +145,8 @@ def test_what_cannot_be_evaluated_is_named_and_the_rest_is_evaluated(folder):
 
 def test_an_rpe_that_no_pair_allows_is_a_note(folder):
     add(folder, "plain", estimate(0.05))
-    run = only(evaluate_study(load_study(str(folder)), Settings(rpe=(1e6, DeltaUnit.METRES)))).runs[0]
-    assert run.rpe is None
+    run = only(evaluate_study(load_study(str(folder)), Settings(rpe=((1e6, DeltaUnit.METRES),)))).runs[0]
+    assert run.rpe == ()
     assert "none of the 400 poses" in run.notes[0]
 
 
@@ -169,10 +171,10 @@ def test_nothing_at_all_is_an_error(folder):
 def test_the_files_hold_the_results(folder):
     add(folder, "many", *(estimate(0.05, seed=seed) for seed in range(3)))
     add(folder, "single", estimate(0.05, seed=9))
-    results = evaluate_study(load_study(str(folder)), Settings(upstream_compat=True, rpe=(1.0, DeltaUnit.SECONDS)))
+    results = evaluate_study(load_study(str(folder)), Settings(upstream_compat=True, rpe=((1.0, DeltaUnit.SECONDS),)))
     paths = {path.name: path for path in write_results(folder, results)}
     content = json.loads(paths["open_loop.json"].read_text())
-    assert content["format"] == "taskslam-open-loop/1"
+    assert content["format"] == "taskslam-open-loop/2"
     many = next(result for result in content["results"] if result["method"] == "many")
     rows = {row["method"]: row for row in csv.DictReader(paths["sequences.csv"].open())}
     assert float(rows["many"]["common_precision_m"]) == many["common"]["precision_m"]

@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 
     from taskslam.evaluation.trajectory_alignment import Alignment
     from taskslam.evaluation.trajectory_pairs import DeltaUnit
+    from taskslam.evaluation.trajectory_preparation import Plane
+    from taskslam.geometry import FloatArray
     from taskslam.record.number_table import StampUnit
     from taskslam.studies.run_names import Grouping
+    from taskslam.studies.study_comparison import AlignedRun
     from taskslam.studies.study_results import FrameSet, MethodSummary, OpenLoopResults
 
 _LARGEST_OFFSET_S = 4e9  # from 1970 to today, for stamps that count from a start
@@ -33,7 +36,10 @@ def evaluate_trajectories(
         list[str] | None, typer.Argument(help="TUM, EuRoC csv or KITTI files, bags with a topic (FILE:TOPIC), folders.")
     ] = None,
     align: Annotated[
-        str, typer.Option(help="What the method cannot observe: se3 (vision), sim3 (one camera), yaw (with IMU), none.")
+        str,
+        typer.Option(
+            help="What the method cannot observe: se3 (vision), sim3 (one camera), yaw (IMU), none; or origin."
+        ),
     ] = "se3",
     times: Annotated[Path | None, typer.Option(help="Seconds of each pose, one a line: for KITTI files.")] = None,
     topic: Annotated[str | None, typer.Option(help="Topic of the runs that are bags and name none.")] = None,
@@ -52,8 +58,26 @@ def evaluate_trajectories(
     ] = False,
     apart: Annotated[bool, typer.Option("--apart", help="Every run is a method of its own.")] = False,
     rpe: Annotated[
-        str | None, typer.Option(help="Also relative errors over 1m, 5s, 30deg or 20frames, consecutive pairs.")
+        list[str] | None,
+        typer.Option(help="Also relative errors over 1m, 5s, 30deg or 20frames, consecutive pairs; may be repeated."),
     ] = None,
+    n_to_align: Annotated[
+        int | None, typer.Option(min=1, help="Poses from the start that determine the alignment; else all.")
+    ] = None,
+    t_start: Annotated[float | None, typer.Option(help="Of the ground truth, nothing before (s).")] = None,
+    t_end: Annotated[float | None, typer.Option(help="Of the ground truth, nothing after (s).")] = None,
+    downsample: Annotated[int | None, typer.Option(min=1, help="Keep so many poses of each, evenly spaced.")] = None,
+    plane: Annotated[str | None, typer.Option(help="Project both into xy, xz or yz after alignment.")] = None,
+    body_sensor: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z,R,P,Y", help="Of the runs' sensor on the ground truth's body (m, rad)."),
+    ] = None,
+    poses: Annotated[
+        bool, typer.Option("--poses", help="Also write aligned trajectories and the errors of each pose.")
+    ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit status 1 if anything was left out or guessed: for build servers.")
+    ] = False,
     upstream_compat: Annotated[
         bool, typer.Option("--upstream-compat", help="Also precision as the published code computes it.")
     ] = False,
@@ -74,25 +98,30 @@ def evaluate_trajectories(
 
         taskslam evaluate-trajectories poses/00.txt results/00.txt --times sequences/00/times.txt
     """
+    from taskslam.evaluation.trajectory_preparation import Preparation
     from taskslam.files import writing
     from taskslam.report.figures.open_loop import open_loop_figure
     from taskslam.report.figures.style import FORMATS, save_figure
     from taskslam.studies.study import load_study
     from taskslam.studies.study_evaluation import Settings, evaluate_study
     from taskslam.studies.study_results import write_results
+    from taskslam.studies.written_poses import write_poses
 
     settings = Settings(
         _alignment(align),
         _nanoseconds("--max-difference", max_difference),
         _nanoseconds("--frame-tolerance", frame_tolerance),
-        _delta(rpe),
+        tuple(_delta(each) for each in rpe or ()),
         upstream_compat,
         _unit(time_unit),
         _offset(time_offset),
+        n_to_align,
+        Preparation(t_start, t_end, downsample, _lever_arm(body_sensor), _plane(plane)),
     )
     grouping = _grouping(one_method, apart)
     study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times), grouping)
-    results = evaluate_study(study, settings)
+    kept: list[tuple[str, str, AlignedRun]] = []
+    results = evaluate_study(study, settings, lambda *run: kept.append(run) if poses else None)
     console = standard_output()
     for name, sequence in study.sequences.items():
         counted = "; ".join(
@@ -106,10 +135,13 @@ def evaluate_trajectories(
         say(f"Left out: {left.reason}", err=True)
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    paths = write_results(out, results)
+    paths = write_results(out, results) + [path for run in kept for path in write_poses(out, *run)]
     if any(result.compared_frames.precision_m is not None for result in results.results):
         paths += save_figure(open_loop_figure(results, "page"), out, "precision_accuracy", FORMATS)
     say(f"Written: {', '.join(str(path) for path in paths)}")
+    if strict and not results.is_clean():
+        say("Something was left out or guessed (--strict).", err=True)
+        raise typer.Exit(1)
 
 
 def _alignment(name: str) -> Alignment:
@@ -164,12 +196,34 @@ def _nanoseconds(option: str, seconds: float) -> int:
     return round(seconds * NANOSECONDS)
 
 
-def _delta(text: str | None) -> tuple[float, DeltaUnit] | None:
+def _plane(name: str | None) -> Plane | None:
     from taskslam.errors import InputError
-    from taskslam.evaluation.trajectory_pairs import DeltaUnit
+    from taskslam.evaluation.trajectory_preparation import Plane
+
+    if name is not None and name not in list(Plane):
+        raise InputError(f"--plane {name}: expected one of {', '.join(Plane)}")
+    return None if name is None else Plane(name)
+
+
+def _lever_arm(text: str | None) -> FloatArray | None:
+    from taskslam.errors import InputError
+    from taskslam.geometry import pose_from_xyz_rpy
 
     if text is None:
         return None
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        raise InputError(f"--body-sensor {text}: expected x,y,z,roll,pitch,yaw in metres and radians")
+    return pose_from_xyz_rpy(numbers[:3], numbers[3:])
+
+
+def _delta(text: str) -> tuple[float, DeltaUnit]:
+    from taskslam.errors import InputError
+    from taskslam.evaluation.trajectory_pairs import DeltaUnit
+
     number = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
     unit = text[len(number) :].strip()
     try:
@@ -191,23 +245,19 @@ def _with_topic(runs: list[str], topic: str | None) -> list[str]:
 
 def _print_runs(console: Console, results: OpenLoopResults) -> None:
     """One row for each method on a sequence; every run is in runs.csv."""
-    with_rpe = any(run.rpe for result in results.results for run in result.runs)
-    names = ["runs", "poses", "ATE cm", "from", "to", "rot. °", *(["RPE cm", "RPE °"] if with_rpe else [])]
+    names = ["runs", "poses", "ATE cm", "from", "to", "rot. °"]
     table = _table("Runs against the ground truth", names)
     for result in results.results:
         ate = [run.ate_m.rmse for run in result.runs]
-        relative = [run.rpe for run in result.runs if run.rpe]
         row = [
             f"{len(ate)}",
             f"{statistics.median(run.poses for run in result.runs):.0f}",
             *(_cm(value) for value in (statistics.median(ate), min(ate), max(ate))),
             _degrees(statistics.median(run.rotation_rad.mean for run in result.runs)),
         ]
-        if with_rpe:
-            row.append(_cm(statistics.median(rpe.translation_m.rmse for rpe in relative) if relative else None))
-            row.append(_degrees(statistics.median(rpe.rotation_rad.rmse for rpe in relative) if relative else None))
         table.add_row(result.sequence, result.method, *row)
     console.print(table)
+    _print_relative(console, results)
     aligned = {
         method: [r.method for r in results.results if r.alignment is method]
         for method in dict.fromkeys(r.alignment for r in results.results)
@@ -221,6 +271,25 @@ def _print_runs(console: Console, results: OpenLoopResults) -> None:
         for run in result.runs:
             for note in run.notes:
                 console.print(f"  {run.file}: {note}")
+
+
+def _print_relative(console: Console, results: OpenLoopResults) -> None:
+    """A row for each method and distance, where relative errors were asked for."""
+    table = _table("Relative errors", ["over", "runs", "pairs", "RPE cm", "RPE °"])
+    for result in results.results:
+        for delta in dict.fromkeys(each.delta for run in result.runs for each in run.rpe):
+            found = [each for run in result.runs for each in run.rpe if each.delta == delta]
+            table.add_row(
+                result.sequence,
+                result.method,
+                delta,
+                f"{len(found)}",
+                f"{statistics.median(each.pairs for each in found):.0f}",
+                _cm(statistics.median(each.translation_m.rmse for each in found)),
+                _degrees(statistics.median(each.rotation_rad.rmse for each in found)),
+            )
+    if table.row_count:
+        console.print(table)
 
 
 def _print_sequences(console: Console, results: OpenLoopResults) -> None:

@@ -2,7 +2,8 @@
 
 Which one is right is a property of the estimator: what it cannot observe must be given to it, and nothing else. Vision
 alone observes no frame (SE(3)), one camera no scale either (Sim(3)); with an IMU, gravity gives roll and pitch, so
-that only yaw and position are free (4 degrees of freedom); a method in the map's frame needs no alignment.
+that only yaw and position are free (4 degrees of freedom); a method in the map's frame needs no alignment. The origin
+alone is for drift: the run begins where the ground truth does.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from enum import StrEnum
 import numpy as np
 
 from taskslam.errors import TrajectoryError
-from taskslam.geometry import FloatArray
+from taskslam.geometry import FloatArray, invert_se3
 from taskslam.record.trajectories import SpatialTrajectory
 
 # Below this share of the greatest extent, an extent is noise of the arithmetic.
@@ -28,6 +29,7 @@ class Alignment(StrEnum):
     SE3 = "se3"
     SIM3 = "sim3"
     YAW = "yaw"
+    ORIGIN = "origin"
     NONE = "none"
 
 
@@ -48,20 +50,28 @@ class Similarity:
         return SpatialTrajectory(trajectory.stamps, positions, turned.as_quat())
 
 
-def align(estimate: SpatialTrajectory, reference: SpatialTrajectory, kind: Alignment) -> Similarity:
+def align(
+    estimate: SpatialTrajectory, reference: SpatialTrajectory, kind: Alignment, first: int | None = None
+) -> Similarity:
     """The transform of `kind` that brings associated positions closest in the sum of squares; rows belong together.
 
     SE(3), Sim(3): S. Umeyama, "Least-squares estimation of transformation parameters between two point patterns", PAMI
     13 (4), 1991, eqs. (34) to (43). Yaw: the same sum, minimised over rotations about z in closed form: with C = sum of
     (y - mean y)(x - mean x)^T, trace(Rz(a)^T C) is greatest at a = atan2(C10 - C01, C00 + C11).
 
+    Origin: the first pose of the estimate comes to lie on that of the reference, as evo's `align_origin` does it.
+    first: only so many poses from the start determine the transform; None for all.
+
     Raises TrajectoryError if the positions do not determine it: a robot that stood still, or drove along a line.
     """
     if kind is Alignment.NONE:
         return Similarity(np.eye(3), np.zeros(3))
-    x, y = estimate.positions, reference.positions
+    x, y = estimate.positions[:first], reference.positions[:first]
     if not len(x):
         raise TrajectoryError("no pose to align by; expected poses that are associated with the ground truth")
+    if kind is Alignment.ORIGIN:
+        T = reference[:1].matrices()[0] @ invert_se3(estimate[:1].matrices()[0])
+        return Similarity(T[:3, :3], T[:3, 3])
     mean_x, mean_y = x.mean(axis=0), y.mean(axis=0)
     dx, dy = x - mean_x, y - mean_y
     covariance = dy.T @ dx / len(x)

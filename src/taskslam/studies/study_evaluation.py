@@ -7,8 +7,8 @@ precision: where precision still is the better, alignment is not why.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from taskslam.datasets.trajectory_files import read_trajectory_file
@@ -22,6 +22,7 @@ from taskslam.evaluation.trajectory_association import (
 )
 from taskslam.evaluation.trajectory_errors import Statistics, absolute_errors, relative_errors
 from taskslam.evaluation.trajectory_pairs import DeltaUnit, pairs
+from taskslam.evaluation.trajectory_preparation import Preparation
 from taskslam.evaluation.trajectory_timing import find_time_offset, gaps_of
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
@@ -56,21 +57,29 @@ class Settings:
     """How a study is evaluated.
 
     align: of methods that say nothing; max_difference_ns: between a pose and its ground truth; frame_tolerance_ns:
-    between stamps of two runs that mean the same frame; rpe: over what, or no RPE at all; time_unit: of stamps in text
-    files, None to tell it from them; time_offset_s: added to the stamps of every run, or None to find each run's own.
+    between stamps of two runs that mean the same frame; rpe: over what, each in turn; time_unit: of stamps in text
+    files, None to tell it from them; time_offset_s: added to the stamps of every run, or None to find each run's own;
+    align_first: by how many poses from the start a run is aligned, None for all; preparation: what is done besides.
     """
 
     align: Alignment = Alignment.SE3
     max_difference_ns: int = DEFAULT_MAX_DIFFERENCE_NS
     frame_tolerance_ns: int = FRAME_TOLERANCE_NS
-    rpe: tuple[float, DeltaUnit] | None = None
+    rpe: tuple[tuple[float, DeltaUnit], ...] = ()
     upstream_compat: bool = False
     time_unit: StampUnit | None = None
     time_offset_s: float | None = 0.0
+    align_first: int | None = None
+    preparation: Preparation = field(default_factory=Preparation)
 
 
-def evaluate_study(study: Study, settings: Settings) -> OpenLoopResults:
-    """Evaluate all that can be; what cannot is named in `left_out`. Raises TrajectoryError if nothing can be."""
+def evaluate_study(
+    study: Study, settings: Settings, keep: Callable[[str, str, AlignedRun], None] = lambda *_: None
+) -> OpenLoopResults:
+    """Evaluate all that can be; what cannot is named in `left_out`. Raises TrajectoryError if nothing can be.
+
+    keep: told of each run's sequence and method, and of the run as it was laid on the ground truth.
+    """
     results: list[MethodSummary] = []
     left_out: list[LeftOutRun] = []
     frames: dict[str, int] = {}
@@ -81,13 +90,21 @@ def evaluate_study(study: Study, settings: Settings) -> OpenLoopResults:
         except TrajectoryError as error:
             left_out.append(LeftOutRun(sequence=name, method=None, file=sequence.groundtruth, reason=str(error)))
             continue
-        truth, notes[name] = read.trajectory, read.notes
+        try:
+            truth, notes[name] = settings.preparation.of_truth(read.trajectory), read.notes
+        except TrajectoryError as error:
+            reason = f"{sequence.groundtruth}: {error}"
+            left_out.append(LeftOutRun(sequence=name, method=None, file=sequence.groundtruth, reason=reason))
+            continue
         runs = {
             method: _read_runs(
                 name, method, sequence, truth, study.alignment(method, settings.align), settings, left_out
             )
             for method in sequence.runs
         }
+        for method, found in runs.items():
+            for run in found:
+                keep(name, method, run)
         stamps = [run.stamps for method in runs.values() for run in method]
         seen = len(common_frames(stamps, settings.frame_tolerance_ns))
         frames[name] = sequence.frames or seen
@@ -124,11 +141,13 @@ def _read_runs(
     for file in sequence.runs[method]:
         try:
             read = read_trajectory_file(file, _path(sequence.times), settings.time_unit, truth)
-            clock, offset, notes = _by_the_clock_of(truth, read.trajectory, alignment, settings)
-            matched, estimate = associate_trajectories(clock, read.trajectory, settings.max_difference_ns)
-            similarity = align(estimate, matched, alignment)
+            own = settings.preparation.of_run(read.trajectory)
+            clock, offset, notes = _by_the_clock_of(truth, own, alignment, settings)
+            matched, estimate = associate_trajectories(clock, own, settings.max_difference_ns)
+            similarity = align(estimate, matched, alignment, settings.align_first)
             aligned = similarity.apply(estimate)
             notes = read.notes + notes + _open_rotation(aligned, matched, alignment)
+            aligned, matched = settings.preparation.projected(aligned), settings.preparation.projected(matched)
         except TrajectoryError as error:
             reason = str(error) if file.partition(":")[0] in str(error) else f"{file}: {error}"
             left_out.append(LeftOutRun(sequence=name, method=method, file=file, reason=reason))
@@ -220,16 +239,19 @@ def _run_result(run: AlignedRun, frames: int, truth: SpatialTrajectory, settings
     gaps = gaps_of(run.aligned.stamps)
     covered = float(run.aligned.stamps[-1] - run.aligned.stamps[0]) / NANOSECONDS - gaps.seconds
     time_covered = min(covered / duration, 1.0) if duration > 0 else 1.0
-    rpe, notes = None, run.notes
-    if settings.rpe is not None:
+    rpe: list[RelativeErrors] = []
+    notes = run.notes
+    for delta, unit in settings.rpe:
         try:
-            chosen = pairs(run.aligned, *settings.rpe)
+            chosen = pairs(run.aligned, delta, unit)
             relative = relative_errors(run.truth, run.aligned, chosen)
-            rpe = RelativeErrors(
-                delta=f"{settings.rpe[0]:g} {settings.rpe[1]}",
-                pairs=len(chosen.first),
-                translation_m=_statistics(relative.translation),
-                rotation_rad=_statistics(relative.rotation),
+            rpe.append(
+                RelativeErrors(
+                    delta=f"{delta:g} {unit}",
+                    pairs=len(chosen.first),
+                    translation_m=_statistics(relative.translation),
+                    rotation_rad=_statistics(relative.rotation),
+                )
             )
         except TrajectoryError as error:
             notes += (str(error),)
@@ -245,7 +267,7 @@ def _run_result(run: AlignedRun, frames: int, truth: SpatialTrajectory, settings
         scale=run.scale,
         ate_m=_statistics(errors.translation),
         rotation_rad=_statistics(errors.rotation),
-        rpe=rpe,
+        rpe=tuple(rpe),
         notes=notes,
     )
 

@@ -20,7 +20,7 @@ from taskslam.studies.study import StudyUnits
 
 FEW_FRAMES = 0.1  # of all frames that any run of the method has
 
-OPEN_LOOP_FORMAT: Literal["taskslam-open-loop/1"] = "taskslam-open-loop/1"
+OPEN_LOOP_FORMAT: Literal["taskslam-open-loop/2"] = "taskslam-open-loop/2"
 
 
 class _Part(BaseModel):
@@ -63,7 +63,7 @@ class RunResult(_Part):
     scale: float
     ate_m: ErrorStatistics
     rotation_rad: ErrorStatistics
-    rpe: RelativeErrors | None = None
+    rpe: tuple[RelativeErrors, ...] = ()
     notes: tuple[str, ...] = ()
     gaps: int = 0
     longest_gap_s: float = 0.0
@@ -179,7 +179,7 @@ class OpenLoopResults(_Part):
     groundtruth_notes: what was left out of a sequence's ground truth, or guessed.
     """
 
-    format: Literal["taskslam-open-loop/1"] = OPEN_LOOP_FORMAT
+    format: Literal["taskslam-open-loop/2"] = OPEN_LOOP_FORMAT
     units: StudyUnits
     max_difference_s: float
     frames: dict[str, int]
@@ -188,6 +188,12 @@ class OpenLoopResults(_Part):
     verdict: Verdict
     left_out: tuple[LeftOutRun, ...] = ()
     groundtruth_notes: dict[str, tuple[str, ...]] = {}
+
+    def is_clean(self) -> bool:
+        """Whether nothing was left out or guessed, and no run diverged."""
+        runs = [run for result in self.results for run in result.runs]
+        odd = any(result.diverged or result.interpolated for result in self.results)
+        return not (self.left_out or self.groundtruth_notes or odd or any(run.notes for run in runs))
 
 
 def write_results(folder: Path, results: OpenLoopResults) -> list[Path]:
@@ -237,9 +243,10 @@ def _run_row(result: MethodSummary, run: RunResult) -> dict[str, object]:
     )
     row |= {f"ate_{name}_m": value for name, value in run.ate_m.model_dump().items()}
     row |= {f"rotation_{name}_rad": value for name, value in run.rotation_rad.model_dump().items()}
-    if run.rpe is not None:
-        row |= {"rpe_delta": run.rpe.delta, "rpe_pairs": run.rpe.pairs, "rpe_rmse_m": run.rpe.translation_m.rmse,
-                "rpe_rmse_rad": run.rpe.rotation_rad.rmse}  # fmt: skip
+    for each in run.rpe:
+        name = f"rpe_{each.delta.replace(' ', '')}"
+        row |= {f"{name}_pairs": each.pairs, f"{name}_rmse_m": each.translation_m.rmse,
+                f"{name}_rmse_rad": each.rotation_rad.rmse}  # fmt: skip
     return row | {"notes": "; ".join(run.notes)}
 
 
