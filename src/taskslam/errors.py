@@ -20,6 +20,10 @@ class WorldError(InputError):
     """A world, model, mesh or texture cannot be used."""
 
 
+class WorldTooLargeError(WorldError):
+    """A world comes to more than may be held: never a part that could be left out."""
+
+
 class FloorPlanError(InputError):
     """A floor plan cannot be read or does not fit."""
 

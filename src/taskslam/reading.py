@@ -43,6 +43,7 @@ LARGEST_METRICS = 4096 * MIB  # ten thousand runs take half a gigabyte
 LARGEST_NUMBER = 1e50  # of a coordinate, in any unit: squares of squares are still finite
 MOST_PIXELS = 1 << 27  # of a camera's picture
 MOST_TEXTURE_PIXELS = 1 << 26
+MOST_HEIGHTS = 2100 * 2100  # of a terrain, which has twice as many triangles
 MOST_CELLS = 1 << 25  # of a floor plan: a hall with sides of 290 m in cells of 5 cm
 MOST_LINES = 1_000_000  # of a journal
 MOST_TRIANGLES = 20_000_000  # of a world

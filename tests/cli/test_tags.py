@@ -41,6 +41,28 @@ def test_check_tells_people_what_it_saw(photo: Path, tmp_path: Path) -> None:
     assert run.invoke(app, ["tags", "check", str(tmp_path / "dark.png"), "--json"]).stdout == "[]\n"
 
 
+def tag_picture(family: str = "tag36h11", border: int = 40) -> np.ndarray:
+    cells = np.kron(code_cells(family, 7), np.ones((10, 10), np.uint8)) * 200 + 20
+    return np.pad(cells.astype(np.uint8), border, constant_values=220)
+
+
+@pytest.mark.parametrize(
+    ("picture", "told"),
+    [
+        (tag_picture()[:, ::-1], "There is tag 7 of tag36h11: mirrored"),
+        (255 - tag_picture(), "There is tag 7 of tag36h11: its black and white are swapped"),
+        (tag_picture("tag25h9"), "There is tag 7 of tag25h9: another family, say --family tag25h9"),
+        (tag_picture(border=0), "There is tag 7 of tag36h11: at the edge of the picture"),
+    ],
+)
+def test_check_says_what_it_sees_instead(tmp_path: Path, picture: np.ndarray, told: str) -> None:
+    Image.fromarray(np.ascontiguousarray(picture)).save(tmp_path / "photo.png")
+    done = run.invoke(app, ["tags", "check", str(tmp_path / "photo.png")], catch_exceptions=False)
+    assert done.exit_code == 1
+    assert "no tag of tag36h11" in done.stdout
+    assert told in done.stdout
+
+
 def test_check_names_a_picture_that_is_cut_short(photo: Path, tmp_path: Path) -> None:
     Image.open(photo).save(tmp_path / "whole.jpg")
     (tmp_path / "cut.jpg").write_bytes((tmp_path / "whole.jpg").read_bytes()[:-500])

@@ -202,7 +202,7 @@ def test_stamps_decide_the_order_and_late_ones_are_counted(make_bag):
     dataset = opened(make_bag(edit=edit))
     stamps = [measurement.stamp for measurement in dataset.measurements(SENSORS)]
     assert stamps == sorted(stamps)
-    assert len(stamps) + dataset.skipped["messages more than a second out of order"] == 60
+    assert len(stamps) + dataset.skipped.counts["messages more than a second out of order"] == 60
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 
-from taskslam.datasets.bag_trajectories import POSES, read_bag_trajectory
+from taskslam.datasets.bag_access import ros_types
+from taskslam.datasets.bag_trajectories import PATH, POSES, TREE, is_bag, read_bag_trajectory
+from taskslam.datasets.trajectory_files import split_topic
 from taskslam.errors import TrajectoryError
 
 
@@ -108,8 +110,84 @@ def test_a_truncated_recording_is_an_error_that_names_it(tmp_path, name, share):
     file = path if path.is_file() else next(path.glob("drive*" + (tmp_path / name).suffix))
     data = file.read_bytes()
     file.write_bytes(data[: int(share * len(data))])
-    with pytest.raises(TrajectoryError, match=r"drive\S*: (damaged|.*topics with poses)"):
+    with pytest.raises(
+        TrajectoryError, match=r"drive\S*: (exists, but is no bag|cannot be|damaged|.*topics with poses)"
+    ):
         read_bag_trajectory(path)
+
+
+def pose_array(store, kind, stamp, count):
+    """A nav_msgs/Path or TFMessage of `count` poses, of which a TFMessage moves two frames."""
+    inner = "geometry_msgs/msg/PoseStamped" if kind == PATH else "geometry_msgs/msg/TransformStamped"
+    poses = [message(store, inner, stamp + index * 50_000_000, float(index)) for index in range(count)]
+    if kind == PATH:
+        return store.types[kind](poses[0].header, poses)
+    other = message(store, inner, stamp, 99.0)
+    object.__setattr__(other, "child_frame_id", "/wheel")
+    return store.types[kind]([*poses, other])
+
+
+@pytest.mark.parametrize(("kind", "topic"), [(PATH, "/path"), (TREE, "/tf:base")])
+def test_paths_and_trees_of_transforms_are_trajectories(tmp_path, kind, topic):
+    path = tmp_path / "drive.bag"
+    store = ros_types(Stores.ROS1_NOETIC)
+    with Ros1Writer(path) as writer:
+        link = writer.add_connection(topic.partition(":")[0], kind, typestore=store)
+        for index, count in enumerate((1, 4, 3) if kind == PATH else (1, 1, 1)):
+            stamp = 1403636580 * 10**9 + (0 if kind == PATH else index * 10**8)
+            writer.write(link, index, store.serialize_ros1(pose_array(store, kind, stamp, count), kind))
+    trajectory = read_bag_trajectory(path, topic).trajectory
+    assert trajectory.positions[:, 0].tolist() == ([0, 1, 2, 3] if kind == PATH else [0, 0, 0])
+    if kind == TREE:
+        with pytest.raises(TrajectoryError, match="/tf holds the frames base, wheel; name one, FILE:/tf:FRAME"):
+            read_bag_trajectory(path, "/tf")
+        assert split_topic(f"{path}:/tf:base") == (path, "/tf:base")
+
+
+def test_a_recording_is_what_it_holds_not_what_it_is_called(tmp_path):
+    folder = write_bag(tmp_path / "drive.mcap", {"/odom": "nav_msgs/msg/Odometry"})
+    called_bag = folder.rename(tmp_path / "other.bag")
+    assert len(read_bag_trajectory(called_bag).trajectory) == 5
+    (called_bag / "metadata.yaml").unlink()
+    assert len(read_bag_trajectory(called_bag).trajectory) == 5
+    sqlite = write_bag(tmp_path / "plain.db3", {"/odom": "nav_msgs/msg/Odometry"})
+    (sqlite / "metadata.yaml").unlink()
+    assert is_bag(sqlite)
+    assert len(read_bag_trajectory(sqlite).trajectory) == 5
+    (file,) = sqlite.iterdir()
+    assert len(read_bag_trajectory(file).trajectory) == 5
+
+
+@pytest.mark.parametrize(
+    ("name", "command"), [("drive.bag", "rosbag reindex drive.bag"), ("drive.mcap", "mcap recover")]
+)
+def test_a_recording_that_was_cut_off_names_the_command_that_mends_it(tmp_path, name, command):
+    path = write_bag(tmp_path / name, {"/odom": "nav_msgs/msg/Odometry"})
+    file = path if path.is_file() else next(path.glob("drive*.mcap"))
+    cut = tmp_path / "cut" / name
+    cut.parent.mkdir()
+    data = bytearray(file.read_bytes())
+    if name.endswith(".bag"):  # as a recorder that was killed leaves it: no index yet
+        at = data.index(b"index_pos=") + len(b"index_pos=")
+        data[at : at + 8] = bytes(8)
+    cut.write_bytes(data if name.endswith(".bag") else data[:-100])
+    with pytest.raises(TrajectoryError, match=rf"{name}: cannot be opened as a bag: .*; {command}"):
+        read_bag_trajectory(cut)
+
+
+def test_one_message_that_is_no_pose_costs_that_message(tmp_path):
+    path = tmp_path / "drive.bag"
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = "geometry_msgs/msg/PoseStamped"
+    with Ros1Writer(path) as writer:
+        link = writer.add_connection("/gt", kind, typestore=store)
+        for index in range(9):
+            content = store.serialize_ros1(message(store, kind, index * 10**9, 1.0), kind)
+            writer.write(link, index, content if index != 4 else content[:20])
+    read = read_bag_trajectory(path)
+    assert len(read.trajectory) == 8
+    (note,) = read.notes
+    assert note.startswith("left out: 1 messages that cannot be decoded (first: ")
 
 
 def test_the_recordings_of_the_field(data):

@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from taskslam.errors import TrajectoryError
-from taskslam.evaluation.trajectory_alignment import Alignment, Similarity, align
+from taskslam.evaluation.trajectory_alignment import Alignment, Similarity, align, noise_about_a_line
 from taskslam.evaluation.trajectory_errors import absolute_errors
 from taskslam.record.trajectories import SpatialTrajectory
 
@@ -125,3 +125,29 @@ def test_a_line_is_enough_for_yaw_but_standing_still_is_not():
     lift = SpatialTrajectory(np.arange(20), np.arange(20.0)[:, None] * [0, 0, 1], upright)
     with pytest.raises(TrajectoryError, match="leaves yaw open"):
         align(lift, lift, Alignment.YAW)
+
+
+def corridor(width, noise, seed=1):
+    """A drive of 20 m along a line that sways by `width` m, and an estimate with `noise` m of noise."""
+    rng = np.random.default_rng(seed)
+    way = np.linspace(0, 20, 200)
+    positions = np.column_stack([way, width * np.sin(way), width * np.cos(0.7 * way)])
+    still = np.tile([0.0, 0, 0, 1], (200, 1))
+    truth = SpatialTrajectory(np.arange(200), positions, still)
+    return truth, SpatialTrajectory(np.arange(200), positions + rng.normal(0, noise, positions.shape), still)
+
+
+@pytest.mark.parametrize(("width", "noise", "rests_on_noise"), [(1e-4, 1e-3, True), (1e-3, 1e-3, True),
+                                                                (0.1, 1e-3, False), (0.1, 0.1, True), (3, 0.1, False),
+                                                                (3, 3, False)])  # fmt: skip
+def test_a_rotation_that_rests_on_noise_about_a_line_is_known(width, noise, rests_on_noise):
+    truth, estimate = corridor(width, noise)
+    aligned = align(estimate, truth, Alignment.SE3).apply(estimate)
+    found = noise_about_a_line(aligned, truth)
+    assert (found is not None) == rests_on_noise
+    turned = absolute_errors(truth, aligned).rotation.mean()
+    if found is not None:
+        assert found[0] == pytest.approx(width / np.sqrt(2), rel=0.3, abs=1e-9)
+        assert found[1] == pytest.approx(noise, rel=0.3)
+    elif width < 1:
+        assert turned < 0.01  # well-posed indeed

@@ -44,6 +44,7 @@ from taskslam.slam.orb.vocabulary import check_text
 from taskslam.studies.study import load_study
 from taskslam.studies.study_evaluation import Settings, evaluate_study
 from taskslam.world.cache import load_cached
+from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.meshes import MeshLibrary
 from taskslam.world.gazebo.resources import Resources
 from taskslam.world.gazebo.textures import TextureStore, decode
@@ -102,7 +103,7 @@ def _camera(path: Path) -> None:
 
 
 def _study(folder: Path) -> None:
-    evaluate_study(load_study(str(folder / "study.yaml")), Settings(rpe=None))
+    evaluate_study(load_study(str(folder / "study.yaml")), Settings())
 
 
 def _trajectory(folder: Path, name: str) -> None:
@@ -142,7 +143,8 @@ def _arrivals(folder: Path, name: str) -> None:
 def _mesh(folder: Path, name: str) -> None:
     name = {"a.mtl": "a.obj", "paint.png": "a.dae"}.get(name, name)
     resources = Resources((folder,))
-    MeshLibrary(resources, TextureStore(resources)).load(folder / name)
+    left_out = LeftOut()
+    MeshLibrary(resources, TextureStore(resources, left_out), left_out).load(folder / name)
 
 
 def _world(folder: Path) -> None:
@@ -209,7 +211,8 @@ READERS = {
         Reader("setup", examples.setups, _setup, ("taskslam.realworld.setup_file",)),
         Reader("camera", examples.cameras, one(_camera), ("taskslam.realworld.cameras.camera_files",)),
         Reader("study", examples.study, whole(_study), ("taskslam.studies.study",)),
-        Reader("trajectory", examples.trajectories, _trajectory, (*_TABLES, "taskslam.datasets.trajectory_files")),
+        Reader("trajectory", examples.trajectories, _trajectory,
+               (*_TABLES, "taskslam.datasets.trajectory_files", "taskslam.datasets.trajectory_layout")),
         Reader("arrivals", examples.arrivals, _arrivals, ("taskslam.realworld.arrivals",)),
         Reader("trial", examples.trials, whole(lambda folder: read_trial(folder, read_goals(folder))),
                ("taskslam.datasets.published_trials",)),

@@ -1,9 +1,11 @@
 import shutil
+from pathlib import Path
 
 import pytest
 
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
+from taskslam.studies.run_names import Grouping, method_names
 from taskslam.studies.study import load_study
 from taskslam.studies.study_evaluation import Settings, evaluate_study
 
@@ -48,6 +50,48 @@ def test_files_are_grouped_in_the_same_way(tmp_path):
     assert runs(study, "MH_04") == {"a": ["run0.tum", "run1.tum"], "b": ["estimate.tum", "estimate.tum"]}
     files[2:] = [str(tmp_path / f"b/round0{n}/estimate.tum") for n in (0, 1)]
     assert load_study(str(tmp_path / "MH_04/gt.tum"), files).sequences == study.sequences
+
+
+def names(*stems, grouping=Grouping.BY_NAME, folder="f"):
+    return method_names([Path(folder) / f"{stem}.txt" for stem in stems], grouping)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("before", ["stamped_traj_estimate", "vins-", "karto_", "okvis2_v", "a.b."])
+def test_a_number_at_the_end_is_a_runs_where_siblings_count_from_0_or_1(before, first):
+    found = names(*(f"{before}{first + number}" for number in range(4)))
+    assert found == [before.rstrip("_.-")] * 4
+
+
+def test_a_bare_number_without_siblings_or_counting_from_2_belongs_to_the_name():
+    assert names("orb_slam2", "orb_slam3") == ["orb_slam2", "orb_slam3"]
+    assert names("okvis2") == ["okvis2"]
+    assert names("kitti0", "kitti55") == ["kitti0", "kitti55"]
+    assert names("orb_slam3_run7", "orb_slam2_run7", "orb_slam3-trial2") == ["orb_slam3", "orb_slam2", "orb_slam3"]
+
+
+def test_a_registered_method_is_no_run(monkeypatch):
+    monkeypatch.setattr("taskslam.studies.run_names.registered", lambda group: {"slam1": group, "slam2": group})
+    assert names("slam1", "slam2") == ["slam1", "slam2"]
+    assert names("slam10", "slam11") == ["slam10", "slam11"]
+
+
+def test_the_user_overrules_what_names_say():
+    assert names("orb_slam2", "orb_slam3", grouping=Grouping.ONE_METHOD) == ["orb_slam"] * 2
+    assert names("live_a", "live_b", grouping=Grouping.ONE_METHOD) == ["live"] * 2
+    assert names("x", "y", grouping=Grouping.ONE_METHOD) == ["method"] * 2
+    assert names("est_run0", "est_run1", grouping=Grouping.APART) == ["est_run0", "est_run1"]
+    apart = method_names([Path("a/est.tum"), Path("b/est.tum")], Grouping.APART)
+    assert apart == ["a/est", "b/est"]
+
+
+def test_a_folder_of_rpg_trajectory_evaluation_is_a_sequence(tmp_path):
+    files = [f"stamped_traj_estimate{n}.txt" for n in range(3)]
+    touch(tmp_path, "stamped_groundtruth.txt", *files)
+    assert runs(load_study(str(tmp_path)), tmp_path.name) == {"stamped_traj_estimate": files}
+    touch(tmp_path, "other_gt.txt")
+    with pytest.raises(TrajectoryError, match="no sequence"):  # which of the two is not for us to say
+        load_study(str(tmp_path))
 
 
 def test_topics_of_the_bag_that_holds_the_ground_truth_are_methods():

@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.evaluation.trajectory_pairs import DeltaUnit
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
+from taskslam.studies.run_comparability import diverged
 from taskslam.studies.study import load_study
 from taskslam.studies.study_evaluation import Settings, evaluate_study
 from taskslam.studies.study_results import write_results
@@ -114,13 +115,15 @@ def test_completeness_is_of_the_frames_that_the_study_names_or_else_of_those_see
 
 def test_one_run_has_accuracy_and_no_precision(folder):
     add(folder, "single", estimate(0.05))
-    results = evaluate_study(load_study(str(folder)), Settings(rpe=(1.0, DeltaUnit.METRES)))
+    results = evaluate_study(load_study(str(folder)), Settings(rpe=((1.0, DeltaUnit.METRES), (5.0, DeltaUnit.SECONDS))))
     result = only(results)
     assert result.common.precision_m is None
     assert result.common.accuracy_m > 0
     assert result.position is None
     assert results.verdict.compared == 0
-    assert result.runs[0].rpe.pairs > 10
+    assert [each.delta for each in result.runs[0].rpe] == ["1 m", "5 s"]
+    assert result.runs[0].rpe[0].pairs > 10
+    assert result.runs[0].rpe[1].pairs == 3
 
 
 def test_what_cannot_be_evaluated_is_named_and_the_rest_is_evaluated(folder):
@@ -142,8 +145,8 @@ def test_what_cannot_be_evaluated_is_named_and_the_rest_is_evaluated(folder):
 
 def test_an_rpe_that_no_pair_allows_is_a_note(folder):
     add(folder, "plain", estimate(0.05))
-    run = only(evaluate_study(load_study(str(folder)), Settings(rpe=(1e6, DeltaUnit.METRES)))).runs[0]
-    assert run.rpe is None
+    run = only(evaluate_study(load_study(str(folder)), Settings(rpe=((1e6, DeltaUnit.METRES),)))).runs[0]
+    assert run.rpe == ()
     assert "none of the 400 poses" in run.notes[0]
 
 
@@ -168,10 +171,10 @@ def test_nothing_at_all_is_an_error(folder):
 def test_the_files_hold_the_results(folder):
     add(folder, "many", *(estimate(0.05, seed=seed) for seed in range(3)))
     add(folder, "single", estimate(0.05, seed=9))
-    results = evaluate_study(load_study(str(folder)), Settings(upstream_compat=True, rpe=(1.0, DeltaUnit.SECONDS)))
+    results = evaluate_study(load_study(str(folder)), Settings(upstream_compat=True, rpe=((1.0, DeltaUnit.SECONDS),)))
     paths = {path.name: path for path in write_results(folder, results)}
     content = json.loads(paths["open_loop.json"].read_text())
-    assert content["format"] == "taskslam-open-loop/1"
+    assert content["format"] == "taskslam-open-loop/2"
     many = next(result for result in content["results"] if result["method"] == "many")
     rows = {row["method"]: row for row in csv.DictReader(paths["sequences.csv"].open())}
     assert float(rows["many"]["common_precision_m"]) == many["common"]["precision_m"]
@@ -193,3 +196,145 @@ def test_the_real_runs_of_euroc(data):
     assert by_method["vislam_ba"].compared_frames is by_method["vislam_ba"].shared
     assert by_method["vislam_ba"].common.frames < 10
     assert not results.left_out
+
+
+def shifted(run, nanoseconds, step=1):
+    """The same drive, seen at other times: interpolated by scipy, an independent implementation."""
+    stamps = run.stamps[:-1:step] + nanoseconds
+    at = (stamps - STAMPS[0]) / 1e9
+    own = (run.stamps - STAMPS[0]) / 1e9
+    positions = np.column_stack([np.interp(at, own, axis) for axis in run.positions.T])
+    turns = Slerp(own, Rotation.from_quat(run.quaternions))(at)
+    return SpatialTrajectory(stamps, positions, turns.as_quat())
+
+
+def test_live_runs_that_share_no_stamps_are_compared_at_common_times(folder):
+    runs = [estimate(0.05, seed=seed) for seed in range(5)]
+    add(folder, "plain", *runs)
+    add(folder, "live", *(shifted(run, 3_000_000 * number) for number, run in enumerate(runs)))
+    live, plain = sorted(evaluate_study(load_study(str(folder)), Settings()).results, key=lambda result: result.method)
+    assert live.interpolated
+    assert not plain.interpolated
+    assert live.common.frames == pytest.approx(COUNT, abs=3)
+    assert live.common.precision_m == pytest.approx(plain.common.precision_m, rel=0.25)  # between poses noise averages
+    assert live.common.precision_m < plain.common.precision_m
+    wide = evaluate_study(load_study(str(folder)), Settings(frame_tolerance_ns=12_500_000))
+    live = next(result for result in wide.results if result.method == "live")
+    assert not live.interpolated
+    assert live.common.frames == COUNT - 1
+
+
+def test_frames_in_a_gap_of_a_run_are_not_interpolated(folder):
+    runs = [estimate(0.01, seed=seed) for seed in range(3)]
+    lost = shifted(runs[2], 7_000_000)
+    lost = lost[np.r_[0:100, 160 : len(lost)]]
+    add(folder, "live", runs[0], shifted(runs[1], 3_000_000), lost)
+    result = only(evaluate_study(load_study(str(folder)), Settings()))
+    assert result.interpolated
+    assert result.common.frames == pytest.approx(COUNT - 60, abs=3)
+
+
+def test_one_run_of_ten_that_diverged_is_named_and_precision_given_without_it(folder):
+    runs = [estimate(0.02, seed=seed) for seed in range(10)]
+    add(folder, "good", *runs[:9])
+    add(folder, "once", *runs[:9], SpatialTrajectory(STAMPS, runs[9].positions * 1.5, runs[9].quaternions))
+    good, once = sorted(evaluate_study(load_study(str(folder)), Settings()).results, key=lambda result: result.method)
+    assert (good.diverged, good.without_diverged) == ((), None)
+    assert [file.rpartition("/")[2] for file in once.diverged] == ["once_run9.tum"]
+    assert once.without_diverged.precision_m == pytest.approx(good.common.precision_m, rel=1e-9)
+    assert once.common.precision_m > 1.5 * once.without_diverged.precision_m
+
+
+@pytest.mark.parametrize(
+    ("rmse", "expected"),
+    [([1.0, 1.1, 0.9, 40.0], [3]), ([1.0, 40.0, 40.0], []), ([1.0, 2.0, 3.0, 4.0, 5.0], []), ([0.0] * 5, []), ([], [])],
+)
+def test_a_run_diverged_only_where_the_others_agree(rmse, expected):
+    assert diverged(rmse) == expected
+
+
+def test_completeness_is_capped_and_gaps_are_measured(folder):
+    lost = np.r_[0:100, 300:COUNT]
+    add(folder, "whole", estimate(0.01))
+    add(folder, "lost", estimate(0.01, rows=lost))
+    dense = np.arange(STAMPS[0], STAMPS[-1], 5_000_000)
+    positions = np.column_stack([np.interp(dense, STAMPS, axis) for axis in WAY.T])
+    add(folder, "dense", SpatialTrajectory(dense, positions, np.tile([0.0, 0, 0, 1], (len(dense), 1))))
+    (folder / "study.yaml").write_text(
+        "sequences: {s: {groundtruth: groundtruth.tum, frames: 400,"
+        " runs: {whole: whole_run0.tum, lost: lost_run0.tum, dense: dense_run0.tum}}}"
+    )
+    runs = {
+        result.method: result.runs[0]
+        for result in evaluate_study(load_study(str(folder / "study.yaml")), Settings()).results
+    }
+    assert (runs["whole"].completeness, runs["whole"].gaps, runs["whole"].time_covered) == (1.0, 0, 1.0)
+    assert runs["lost"].completeness == pytest.approx(0.5)
+    assert runs["lost"].time_covered == pytest.approx(0.5, abs=0.01)
+    assert (runs["lost"].gaps, runs["lost"].longest_gap_s) == (1, pytest.approx(10.05))
+    assert runs["dense"].completeness == pytest.approx(1.0, abs=0.01)
+    assert runs["dense"].completeness <= 1.0
+
+
+def smooth(shift_s=0.0):
+    """A smooth drive and an estimate of it, a centimetre off, whose clock is late."""
+    at = np.arange(COUNT) * 0.05
+
+    def way(t):
+        return np.column_stack([3 * np.sin(0.6 * t), 2 * np.cos(0.37 * t), 0.3 * np.sin(1.1 * t)])
+
+    still = np.tile([0.0, 0, 0, 1], (COUNT, 1))
+    noise = np.random.default_rng(1).normal(0, 0.01, (COUNT, 3))
+    late = STAMPS + round(shift_s * 1e9)
+    return SpatialTrajectory(STAMPS, way(at), still), SpatialTrajectory(late, way(at) + noise, still)
+
+
+def test_a_clock_that_is_off_is_warned_of_and_can_be_set_right(tmp_path):
+    truth, late = smooth(0.3)
+    write_trajectory(tmp_path / "groundtruth.tum", truth)
+    write_trajectory(tmp_path / "late.tum", late)
+    study = load_study(str(tmp_path / "groundtruth.tum"), [str(tmp_path / "late.tum")])
+    (as_it_stands,) = only(evaluate_study(study, Settings())).runs
+    assert as_it_stands.ate_m.rmse > 0.2
+    (note,) = as_it_stands.notes
+    assert note.startswith("its clock may be off: with --time-offset -0.300 its ATE would be 1.7")
+    for offset in (-0.3, None):
+        (run,) = only(evaluate_study(study, Settings(time_offset_s=offset))).runs
+        assert run.ate_m.rmse == pytest.approx(0.01 * math.sqrt(3), rel=0.1)
+        assert run.time_offset_s == pytest.approx(-0.3, abs=2e-3)
+        assert run.associated == COUNT
+        assert [("added to its stamps" in note) for note in run.notes] == ([True] if offset is None else [])
+
+
+def test_a_clock_that_counts_from_the_start_needs_auto(tmp_path):
+    truth, run = smooth()
+    write_trajectory(tmp_path / "groundtruth.tum", truth)
+    write_trajectory(tmp_path / "run.tum", SpatialTrajectory(run.stamps - STAMPS[0], run.positions, run.quaternions))
+    study = load_study(str(tmp_path / "groundtruth.tum"), [str(tmp_path / "run.tum")])
+    with pytest.raises(TrajectoryError, match="do not overlap in time"):
+        evaluate_study(study, Settings())
+    (found,) = only(evaluate_study(study, Settings(time_offset_s=None))).runs
+    assert found.ate_m.rmse == pytest.approx(0.01 * math.sqrt(3), rel=0.1)
+
+
+def test_a_straight_drive_says_that_its_turn_is_open(tmp_path):
+    at = np.arange(COUNT) * 0.05
+    still = np.tile([0.0, 0, 0, 1], (COUNT, 1))
+    way = np.column_stack([at, 1e-5 * np.sin(at), 0 * at])
+    noise = np.random.default_rng(1).normal(0, 0.001, (COUNT, 3))
+    write_trajectory(tmp_path / "gt.tum", SpatialTrajectory(STAMPS, way, still))
+    write_trajectory(tmp_path / "est.tum", SpatialTrajectory(STAMPS, way + noise, still))
+    study = load_study(str(tmp_path / "gt.tum"), [str(tmp_path / "est.tum")])
+    (run,) = only(evaluate_study(study, Settings())).runs
+    assert any(note.startswith("it drove along a line (0.00") for note in run.notes)
+    (run,) = only(evaluate_study(study, Settings(align=Alignment.YAW))).runs
+    assert run.notes == ()
+    assert run.rotation_rad.rmse < 0.01
+
+
+def test_what_is_left_out_of_the_ground_truth_is_said(folder):
+    add(folder, "plain", estimate(0.01))
+    path = folder / "groundtruth.tum"
+    path.write_text(path.read_text().replace("\n", "\nno pose at all\n", 3))
+    results = evaluate_study(load_study(str(folder)), Settings())
+    assert list(results.groundtruth_notes.values()) == [("3 lines are no poses and left out (first: line 2)",)]

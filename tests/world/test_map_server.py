@@ -140,7 +140,7 @@ def test_a_wrong_key_is_named_in_one_sentence(tmp_path, changes, message):
         (b"P5\n3 0\n255\n", "broken header: 3 x 0"),
         (b"P5\n3 -2\n255\n", "height is b'-2'"),
         (b"P5\n3 99999999999\n255\n", "height is"),
-        (b"P6\n1 1\n255\n\x00\x00\x00", "expected P2 or P5"),
+        (b"P7\n1 1\n255\n\x00\x00\x00", "expected a grey map"),
         (b"P2\n2 1\n255\n1 x\n", "a pixel is b'x'"),
         (b"P2\n2 1\n15\n1 16\n", "above the stated maximum 15"),
         (b"\x89PNG\r\n\x1a\nbroken", "not a whole picture"),
@@ -242,3 +242,37 @@ def test_a_picture_of_88_million_pixels_is_refused_before_it_is_decoded(tmp_path
     image.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(summed))
     with pytest.raises(FloorPlanError, match="9400 x 9400 px; expected at most 33554432"):
         load_floor_plan(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "mode"),
+    [("bmp", "L"), ("bmp", "RGB"), ("tiff", "L"), ("tiff", "I;16"), ("gif", "L"), ("ppm", "RGB"), ("webp", "RGB"),
+     ("png", "L"), ("jpeg", "L")],
+)  # fmt: skip
+def test_pictures_of_any_common_format_are_plans(tmp_path, suffix, mode):
+    grey = np.random.default_rng(1).choice(np.array([0, 205, 254], np.uint8), (12, 16)).repeat(8, 0).repeat(8, 1)
+    image = Image.fromarray(grey.astype(np.uint16) * 257) if mode == "I;16" else Image.fromarray(grey).convert(mode)
+    image.save(tmp_path / f"plan.{suffix}", **({"lossless": True} if suffix == "webp" else {}))
+    Image.fromarray(grey).save(tmp_path / "reference.pgm")
+    read = load_floor_plan(write_map(tmp_path, image=f"plan.{suffix}"))
+    expected = load_floor_plan(write_map(tmp_path, image="reference.pgm"))
+    assert np.mean(read.cells != expected.cells) <= (0.02 if suffix == "jpeg" else 0)
+
+
+@pytest.mark.parametrize("magic", ["P1", "P4"])
+def test_bitmaps_are_plans(tmp_path, magic):
+    pixels = b"P1\n3 1\n1 0 1\n" if magic == "P1" else b"P4\n3 1\n\xa0"
+    assert load_floor_plan(write_map(tmp_path, pixels)).cells.tolist() == [[OCCUPIED, FREE, OCCUPIED]]
+
+
+@pytest.mark.parametrize("mode", ["Trinary", "SCALE", "Raw"])
+def test_a_mode_is_known_in_any_letters(tmp_path, mode):
+    expected = load_floor_plan(write_map(tmp_path, mode=mode.lower()))
+    assert np.array_equal(load_floor_plan(write_map(tmp_path, mode=mode)).cells, expected.cells)
+
+
+def test_tabs_and_a_home_folder_are_read_as_map_server_reads_them(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    path = write_map(tmp_path, image="~/plan.pgm")
+    path.write_text(path.read_text().replace("resolution: ", "resolution:\t"))
+    assert load_floor_plan(path).cells.shape == (2, 3)

@@ -103,12 +103,17 @@ class _Replay:
         complete = self._without_map() if self._spec.mode is Mode.WITHOUT_MAP else self._with_map()
         self._record.event(RunEnded(self._time, complete))
         task = self._spec.task.model_dump(mode="json", exclude={"source", "rounds"})
-        skipped = dict(sorted(self._dataset.skipped.items()))
+        skipped = dict(sorted(self._dataset.skipped.counts.items()))
         self._record.finish(
             Manifest(
                 **said_by(self._spec, self._card),
                 driven_by=DrivenBy.RECORDING,
-                scenario={"title": f"{self._dataset.name} (replay)", "dataset": task, "skipped": skipped},
+                scenario={
+                    "title": f"{self._dataset.name} (replay)",
+                    "dataset": task,
+                    "skipped": skipped,
+                    "notes": self._dataset.notes,
+                },
                 versions=versions(),
                 machine=machine(),
                 started_utc=self._record.began_utc,

@@ -22,6 +22,7 @@ from taskslam.world.digest import plan_digest, world_digest
 from taskslam.world.loading import load_world
 from taskslam.world.map_server import load_floor_plan
 from taskslam.world.slicing import slice_floor_plan
+from taskslam.world.surface_under import surface_under
 
 WORLD_PATH_VARIABLE = "TASKSLAM_WORLD_PATH"
 
@@ -105,10 +106,11 @@ def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path]) -> Worl
     """The world of a scenario, its floor at z = 0. Raises WorldError; ScenarioError if it names none."""
     source = source_of(scenario)
     if source.name is not None:
-        return load_world(source.name).lowered(source.floor_height)
-    file = find_world(scenario, world_paths)
-    folders = [file.parent / path for path in source.resource_paths]
-    return load_world(file, folders).lowered(source.floor_height)
+        world = load_world(source.name)
+    else:
+        file = find_world(scenario, world_paths)
+        world = load_world(file, [file.parent / path for path in source.resource_paths])
+    return world.without(source.exclude).lowered(source.floor_height)
 
 
 def source_of(scenario: Scenario) -> WorldSource:
@@ -184,7 +186,19 @@ def _plan(scenario: Scenario, world: World | None) -> FloorPlan:
     if source.map is not None or world is None:
         return load_floor_plan(Path(source.map or ""), free_205=source.free_205)
     seed = (scenario.start.x, scenario.start.y)
-    plan = slice_floor_plan(world, source.slice_low, source.slice_high, source.resolution, seed_point=seed)
+    reach = [seed, *((goal.x, goal.y) for goal in scenario.sequence.goals)]
+    heights = source.slice_low, source.slice_high
+    try:
+        plan = slice_floor_plan(world, *heights, source.resolution, seed_point=seed, reach=reach)
+    except FloorPlanError as error:
+        found = surface_under(world, *seed, below=source.slice_high)
+        if found is None or found.height <= source.slice_low:
+            raise
+        floor = found.height + (scenario.world.floor_height if scenario.world else 0.0)
+        raise FloorPlanError(
+            f"{error}: a surface of '{found.model}' lies at z = {floor:.3g} m there; if that is the floor, say"
+            f" `world: {{floor_height: {floor:.3g}}}`"
+        ) from error
     if not (plan.cells == 0).any():
         raise ScenarioError(
             f"scenario {scenario.name}: no free floor around the start ({seed[0]:g}, {seed[1]:g}) between"

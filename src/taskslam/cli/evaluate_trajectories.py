@@ -17,7 +17,14 @@ if TYPE_CHECKING:
 
     from taskslam.evaluation.trajectory_alignment import Alignment
     from taskslam.evaluation.trajectory_pairs import DeltaUnit
-    from taskslam.studies.study_results import FrameSet, OpenLoopResults
+    from taskslam.evaluation.trajectory_preparation import Plane
+    from taskslam.geometry import FloatArray
+    from taskslam.record.number_table import StampUnit
+    from taskslam.studies.run_names import Grouping
+    from taskslam.studies.study_comparison import AlignedRun
+    from taskslam.studies.study_results import FrameSet, MethodSummary, OpenLoopResults
+
+_LARGEST_OFFSET_S = 4e9  # from 1970 to today, for stamps that count from a start
 
 
 def evaluate_trajectories(
@@ -29,14 +36,48 @@ def evaluate_trajectories(
         list[str] | None, typer.Argument(help="TUM, EuRoC csv or KITTI files, bags with a topic (FILE:TOPIC), folders.")
     ] = None,
     align: Annotated[
-        str, typer.Option(help="What the method cannot observe: se3 (vision), sim3 (one camera), yaw (with IMU), none.")
+        str,
+        typer.Option(
+            help="What the method cannot observe: se3 (vision), sim3 (one camera), yaw (IMU), none; or origin."
+        ),
     ] = "se3",
     times: Annotated[Path | None, typer.Option(help="Seconds of each pose, one a line: for KITTI files.")] = None,
     topic: Annotated[str | None, typer.Option(help="Topic of the runs that are bags and name none.")] = None,
     max_difference: Annotated[float, typer.Option(help="Seconds that associated stamps may differ.")] = 0.01,
-    rpe: Annotated[
-        str | None, typer.Option(help="Also relative errors over 1m, 5s, 30deg or 20frames, consecutive pairs.")
+    frame_tolerance: Annotated[
+        float, typer.Option(help="Seconds within which stamps of two runs mean the same frame.")
+    ] = 0.001,
+    time_unit: Annotated[
+        str | None, typer.Option(help="Of stamps in text files: s, ms, us or ns; else told from them.")
     ] = None,
+    time_offset: Annotated[
+        str, typer.Option(help="Seconds to add to the stamps of runs, or auto: what gives the smallest ATE.")
+    ] = "0",
+    one_method: Annotated[
+        bool, typer.Option("--one-method", help="All runs are of one method, whatever names.")
+    ] = False,
+    apart: Annotated[bool, typer.Option("--apart", help="Every run is a method of its own.")] = False,
+    rpe: Annotated[
+        list[str] | None,
+        typer.Option(help="Also relative errors over 1m, 5s, 30deg or 20frames, consecutive pairs; may be repeated."),
+    ] = None,
+    n_to_align: Annotated[
+        int | None, typer.Option(min=1, help="Poses from the start that determine the alignment; else all.")
+    ] = None,
+    t_start: Annotated[float | None, typer.Option(help="Of the ground truth, nothing before (s).")] = None,
+    t_end: Annotated[float | None, typer.Option(help="Of the ground truth, nothing after (s).")] = None,
+    downsample: Annotated[int | None, typer.Option(min=1, help="Keep so many poses of each, evenly spaced.")] = None,
+    plane: Annotated[str | None, typer.Option(help="Project both into xy, xz or yz after alignment.")] = None,
+    body_sensor: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z,R,P,Y", help="Of the runs' sensor on the ground truth's body (m, rad)."),
+    ] = None,
+    poses: Annotated[
+        bool, typer.Option("--poses", help="Also write aligned trajectories and the errors of each pose.")
+    ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit status 1 if anything was left out or guessed: for build servers.")
+    ] = False,
     upstream_compat: Annotated[
         bool, typer.Option("--upstream-compat", help="Also precision as the published code computes it.")
     ] = False,
@@ -57,27 +98,50 @@ def evaluate_trajectories(
 
         taskslam evaluate-trajectories poses/00.txt results/00.txt --times sequences/00/times.txt
     """
+    from taskslam.evaluation.trajectory_preparation import Preparation
     from taskslam.files import writing
     from taskslam.report.figures.open_loop import open_loop_figure
     from taskslam.report.figures.style import FORMATS, save_figure
     from taskslam.studies.study import load_study
     from taskslam.studies.study_evaluation import Settings, evaluate_study
     from taskslam.studies.study_results import write_results
+    from taskslam.studies.written_poses import write_poses
 
-    settings = Settings(_alignment(align), _nanoseconds(max_difference), _delta(rpe), upstream_compat)
-    study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times))
-    results = evaluate_study(study, settings)
+    settings = Settings(
+        _alignment(align),
+        _nanoseconds("--max-difference", max_difference),
+        _nanoseconds("--frame-tolerance", frame_tolerance),
+        tuple(_delta(each) for each in rpe or ()),
+        upstream_compat,
+        _unit(time_unit),
+        _offset(time_offset),
+        n_to_align,
+        Preparation(t_start, t_end, downsample, _lever_arm(body_sensor), _plane(plane)),
+    )
+    grouping = _grouping(one_method, apart)
+    study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times), grouping)
+    kept: list[tuple[str, str, AlignedRun]] = []
+    results = evaluate_study(study, settings, lambda *run: kept.append(run) if poses else None)
     console = standard_output()
+    for name, sequence in study.sequences.items():
+        counted = "; ".join(
+            f"{len(files)} runs of {method}" for method, files in sequence.runs.items() if len(files) > 1
+        )
+        if counted:
+            console.print(f"{name}: {counted} (--apart: each a method of its own).")
     _print_runs(console, results)
     _print_sequences(console, results)
     for left in results.left_out:
         say(f"Left out: {left.reason}", err=True)
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    paths = write_results(out, results)
+    paths = write_results(out, results) + [path for run in kept for path in write_poses(out, *run)]
     if any(result.compared_frames.precision_m is not None for result in results.results):
         paths += save_figure(open_loop_figure(results, "page"), out, "precision_accuracy", FORMATS)
     say(f"Written: {', '.join(str(path) for path in paths)}")
+    if strict and not results.is_clean():
+        say("Something was left out or guessed (--strict).", err=True)
+        raise typer.Exit(1)
 
 
 def _alignment(name: str) -> Alignment:
@@ -91,21 +155,75 @@ def _alignment(name: str) -> Alignment:
     return Alignment(name)
 
 
-def _nanoseconds(seconds: float) -> int:
+def _unit(name: str | None) -> StampUnit | None:
+    from taskslam.errors import InputError
+
+    units: dict[str, StampUnit] = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+    if name is not None and name not in units:
+        raise InputError(f"--time-unit {name}: expected one of {', '.join(units)}")
+    return None if name is None else units[name]
+
+
+def _offset(text: str) -> float | None:
+    from taskslam.errors import InputError
+
+    if text == "auto":
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not abs(seconds) < _LARGEST_OFFSET_S:
+        raise InputError(f"--time-offset {text}: expected seconds, or auto")
+    return seconds
+
+
+def _grouping(one_method: bool, apart: bool) -> Grouping:
+    from taskslam.errors import InputError
+    from taskslam.studies.run_names import Grouping
+
+    if one_method and apart:
+        raise InputError("--one-method and --apart contradict each other; expected one of them")
+    return Grouping.ONE_METHOD if one_method else Grouping.APART if apart else Grouping.BY_NAME
+
+
+def _nanoseconds(option: str, seconds: float) -> int:
     from taskslam.errors import InputError
     from taskslam.measurements import NANOSECONDS
 
     if not 0 <= seconds <= 3600:
-        raise InputError(f"--max-difference {seconds:g}: expected seconds, from 0 to 3600")
+        raise InputError(f"{option} {seconds:g}: expected seconds, from 0 to 3600")
     return round(seconds * NANOSECONDS)
 
 
-def _delta(text: str | None) -> tuple[float, DeltaUnit] | None:
+def _plane(name: str | None) -> Plane | None:
     from taskslam.errors import InputError
-    from taskslam.evaluation.trajectory_pairs import DeltaUnit
+    from taskslam.evaluation.trajectory_preparation import Plane
+
+    if name is not None and name not in list(Plane):
+        raise InputError(f"--plane {name}: expected one of {', '.join(Plane)}")
+    return None if name is None else Plane(name)
+
+
+def _lever_arm(text: str | None) -> FloatArray | None:
+    from taskslam.errors import InputError
+    from taskslam.geometry import pose_from_xyz_rpy
 
     if text is None:
         return None
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
+        raise InputError(f"--body-sensor {text}: expected x,y,z,roll,pitch,yaw in metres and radians")
+    return pose_from_xyz_rpy(numbers[:3], numbers[3:])
+
+
+def _delta(text: str) -> tuple[float, DeltaUnit]:
+    from taskslam.errors import InputError
+    from taskslam.evaluation.trajectory_pairs import DeltaUnit
+
     number = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
     unit = text[len(number) :].strip()
     try:
@@ -127,33 +245,51 @@ def _with_topic(runs: list[str], topic: str | None) -> list[str]:
 
 def _print_runs(console: Console, results: OpenLoopResults) -> None:
     """One row for each method on a sequence; every run is in runs.csv."""
-    with_rpe = any(run.rpe for result in results.results for run in result.runs)
-    names = ["runs", "poses", "ATE cm", "from", "to", "rot. °", *(["RPE cm", "RPE °"] if with_rpe else [])]
+    names = ["runs", "poses", "ATE cm", "from", "to", "rot. °"]
     table = _table("Runs against the ground truth", names)
     for result in results.results:
         ate = [run.ate_m.rmse for run in result.runs]
-        relative = [run.rpe for run in result.runs if run.rpe]
         row = [
             f"{len(ate)}",
             f"{statistics.median(run.poses for run in result.runs):.0f}",
             *(_cm(value) for value in (statistics.median(ate), min(ate), max(ate))),
             _degrees(statistics.median(run.rotation_rad.mean for run in result.runs)),
         ]
-        if with_rpe:
-            row.append(_cm(statistics.median(rpe.translation_m.rmse for rpe in relative) if relative else None))
-            row.append(_degrees(statistics.median(rpe.rotation_rad.rmse for rpe in relative) if relative else None))
         table.add_row(result.sequence, result.method, *row)
     console.print(table)
+    _print_relative(console, results)
     aligned = {
         method: [r.method for r in results.results if r.alignment is method]
         for method in dict.fromkeys(r.alignment for r in results.results)
     }
     how = "; ".join(f"{kind}: {', '.join(dict.fromkeys(who))}" for kind, who in aligned.items() if who)
     console.print(f"Medians over runs, of the root mean square (ATE, RPE) and of the mean angle. Aligned by {how}.")
+    for name, notes in results.groundtruth_notes.items():
+        for note in notes:
+            console.print(f"  ground truth of {name}: {note}")
     for result in results.results:
         for run in result.runs:
             for note in run.notes:
                 console.print(f"  {run.file}: {note}")
+
+
+def _print_relative(console: Console, results: OpenLoopResults) -> None:
+    """A row for each method and distance, where relative errors were asked for."""
+    table = _table("Relative errors", ["over", "runs", "pairs", "RPE cm", "RPE °"])
+    for result in results.results:
+        for delta in dict.fromkeys(each.delta for run in result.runs for each in run.rpe):
+            found = [each for run in result.runs for each in run.rpe if each.delta == delta]
+            table.add_row(
+                result.sequence,
+                result.method,
+                delta,
+                f"{len(found)}",
+                f"{statistics.median(each.pairs for each in found):.0f}",
+                _cm(statistics.median(each.translation_m.rmse for each in found)),
+                _degrees(statistics.median(each.rotation_rad.rmse for each in found)),
+            )
+    if table.row_count:
+        console.print(table)
 
 
 def _print_sequences(console: Console, results: OpenLoopResults) -> None:
@@ -173,6 +309,9 @@ def _print_sequences(console: Console, results: OpenLoopResults) -> None:
         f"D = {100 * units.robot_diameter:g} cm, FoV = {units.field_of_view:g}°. "
         "%: share of the frames that any run has."
     )
+    for result in results.results:
+        for sentence in _cautions(result):
+            console.print(sentence)
     if any(result.compared_frames is not result.common for result in results.results):
         console.print("* Hardly a frame is in all runs: these are the frames of at least two runs.")
     if any(result.published for result in results.results):
@@ -184,6 +323,24 @@ def _print_sequences(console: Console, results: OpenLoopResults) -> None:
         console.print(table)
         console.print("Frames of all runs; lever arm: aligned; own frames: runs without map as they stand besides.")
     console.print(verdict_sentence(results))
+
+
+def _cautions(result: MethodSummary) -> list[str]:
+    """What must be known of these runs before their numbers are believed."""
+    who = f"{result.sequence}, {result.method}"
+    said = []
+    if result.interpolated:
+        said.append(
+            f"{who}: the runs share no stamps; they are compared at the {result.common.frames} times of the run with"
+            " fewest poses, interpolated (--frame-tolerance would pair stamps that differ)."
+        )
+    if result.diverged and result.without_diverged is not None:
+        with_all, without = (_cm(frames.precision_m) for frames in (result.compared_frames, result.without_diverged))
+        said.append(
+            f"{who}: {len(result.diverged)} of {len(result.runs)} runs diverged ({', '.join(result.diverged)}):"
+            f" E is {with_all} cm with and {without} cm without."
+        )
+    return said
 
 
 def verdict_sentence(results: OpenLoopResults) -> str:

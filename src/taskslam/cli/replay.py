@@ -68,6 +68,8 @@ def replay(
         progress(quiet) as observer,
         open_dataset(dataset, rig, _pairs("--topic", topic), base_frame, _pairs("--mount", mount)) as recording,
     ):
+        for note in recording.notes:
+            observer.notice(note)
         for name in method:
             model = LatencyModel(LatencyMode(latency.value), cpu_scale)
             spec = spec_of_replay(recording, name, mode, rounds, options, model)
@@ -76,8 +78,8 @@ def replay(
             complete = complete and came_to_the_end
             if not quiet:
                 say(f"Replay: {directory}")
-        for what, count in sorted(recording.skipped.items()):
-            observer.notice(f"left out: {count} {what}")
+        for sentence in recording.skipped.sentences():
+            observer.notice(f"left out: {sentence}")
     raise typer.Exit(0 if complete else 1)
 
 

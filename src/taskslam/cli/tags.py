@@ -112,6 +112,7 @@ def check(
 
     from taskslam.realworld.cameras.images import read_grey
     from taskslam.realworld.tags.detector import Detector
+    from taskslam.realworld.tags.look_again import what_is_there
 
     image = read_grey(photo)
     with Detector(family, maxhamming=maxhamming, refine_edges=refine, decimate=decimate) as detector:
@@ -124,6 +125,8 @@ def check(
         return
     if not tags:
         say(f"{photo}: no tag of {family}")
+        for sentence in what_is_there(image, family, maxhamming):
+            say(f"There is {sentence}.")
         raise typer.Exit(1)
     say(f"{'id':>5} {'centre px':>16} {'side px':>8} {'margin':>7} {'bits corrected':>15}")
     for tag in tags:

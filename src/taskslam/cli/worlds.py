@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from taskslam.world import World
 
 app = typer.Typer(
-    help="Worlds that the robot drives through: built-in ones and Gazebo worlds (SDF 1.4 to 1.11).",
+    help="Worlds that the robot drives through: built-in ones and Gazebo worlds (SDF 1.3 to 1.12).",
     no_args_is_help=True,
 )
 

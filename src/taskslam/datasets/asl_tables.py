@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from taskslam.datasets.share import Share
 from taskslam.errors import DatasetError
 from taskslam.geometry import FloatArray, is_rigid
 from taskslam.reading import open_file
@@ -40,12 +41,13 @@ class Row:
         return values
 
 
-def read_rows(path: Path) -> Iterator[Row]:
+def read_rows(path: Path, share: Share | None = None) -> Iterator[Row]:
     """Rows of a data.csv one after the other; comments and empty lines are passed over.
 
+    share: skips and counts rows whose stamp is no whole number of nanoseconds, or not later than the one before.
+
     Raises:
-        DatasetError: unreadable, not text, a line of more than 4096 bytes, a stamp that is no whole number of
-            nanoseconds or not later than the one before it.
+        DatasetError: unreadable, not text, a line of more than 4096 bytes; without `share`, also a wrong stamp.
     """
     previous = -1
     try:
@@ -60,14 +62,22 @@ def read_rows(path: Path) -> Iterator[Row]:
                 if not text or text.startswith("#"):
                     continue
                 stamp, *cells = (cell.strip() for cell in text.split(","))
-                if not (stamp.isascii() and stamp.isdigit() and len(stamp) < 20 and int(stamp) < _LATEST):
-                    raise DatasetError(f"{where}: expected a stamp in whole nanoseconds first, found '{stamp[:40]}'")
-                if int(stamp) <= previous:
-                    raise DatasetError(f"{where}: stamp {stamp} is not later than {previous} before it")
+                wrong = _wrong_with(stamp, previous)
+                if wrong and share is not None:
+                    share.skip(where, DatasetError(wrong))
+                    continue
+                if wrong:
+                    raise DatasetError(f"{where}: {wrong}")
                 previous = int(stamp)
                 yield Row(where, previous, cells)
     except OSError as error:
         raise DatasetError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _wrong_with(stamp: str, previous: int) -> str:
+    if not (stamp.isascii() and stamp.isdigit() and len(stamp) < 20 and int(stamp) < _LATEST):
+        return f"expected a stamp in whole nanoseconds first, found '{stamp[:40]}'"
+    return f"stamp {stamp} is not later than {previous} before it" if int(stamp) <= previous else ""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ in the order of their own stamps, not of their recording.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from taskslam.datasets.bag_access import Message, read_heads, read_messages, top
 from taskslam.datasets.bag_sensor import BagSensor, bag_sensor
 from taskslam.datasets.bag_topics import TRUTH_ROLE, choose_topics
 from taskslam.datasets.dataset import Dataset, TruthPose
+from taskslam.datasets.share import Share
 from taskslam.datasets.stamp_order import Pairing, in_stamp_order
 from taskslam.errors import DatasetError
 from taskslam.geometry import FloatArray
@@ -77,14 +77,18 @@ class Bag(Dataset):
         """The poses of the truth topic, in its own world frame; one out of order is left out and counted."""
         topic = self._topics.get(TRUTH_ROLE)
         newest = -1
-        for message in read_messages(self.path, [topic] if topic else []):
-            with _placed(self.path, message):
+        share = Share(self.skipped, "true poses that cannot be read")
+        for message in read_messages(self.path, [topic] if topic else [], lambda _, error: share.skip("", error)):
+            with share.of(_where(self.path, message)):
                 stamp, T = ros_decoding.stamp_of(message.content), self._true_pose(message.content)
+            if share.failed:
+                continue
             if stamp <= newest:
-                self.skipped["true poses out of order"] += 1
+                self.skipped.add("true poses out of order")
                 continue
             newest = stamp
             yield TruthPose(stamp, T)
+        share.end()
 
     def topic(self, role: str) -> str:
         """The topic of a role."""
@@ -93,6 +97,10 @@ class Bag(Dataset):
     def has(self, topic: str) -> bool:
         """Whether there is such a topic."""
         return topic in self._types
+
+    def note(self, sentence: str) -> None:
+        """Say what was guessed of this recording, or not believed."""
+        self.notes.append(sentence)
 
     def first(self, topic: str) -> list[Any]:
         """The first messages of a topic. Raises DatasetError where there is none."""
@@ -136,12 +144,16 @@ class Bag(Dataset):
     def _decoded(self, sensors: Collection[Sensor]) -> Iterator[Measurement]:
         pairings = {sensor: Pairing(self.skipped) for sensor in sensors}
         heard = {self._topics[role]: (role, sensor) for sensor in sensors for role in _roles(sensor_kind(sensor))}
-        for message in read_messages(self.path, heard):
+        shares = {topic: Share(self.skipped, f"messages of {topic} that cannot be read") for topic in heard}
+        for message in read_messages(self.path, heard, lambda message, error: shares[message.topic].skip("", error)):
             role, sensor = heard[message.topic]
-            with _placed(self.path, message):
+            measurement = None
+            with shares[message.topic].of(_where(self.path, message)):
                 measurement = self._sensors[sensor].measurement(role, message.content, pairings[sensor])
             if measurement is not None:
                 yield measurement
+        for share in shares.values():
+            share.end()
         for pairing in pairings.values():
             pairing.end()
 
@@ -177,14 +189,8 @@ class Bag(Dataset):
                 return ros_decoding.pose_message(content.transform)
 
 
-@contextmanager
-def _placed(path: Path, message: Message) -> Iterator[None]:
-    """Say in which message of which bag something is wrong."""
-    try:
-        yield
-    except DatasetError as error:
-        at = message.recorded / NANOSECONDS
-        raise DatasetError(f"{path}: {message.topic}, the message recorded at {at:.3f} s: {error}") from error
+def _where(path: Path, message: Message) -> str:
+    return f"{path}: {message.topic}, the message recorded at {message.recorded / NANOSECONDS:.3f} s"
 
 
 def _roles(kind: SensorKind) -> list[str]:

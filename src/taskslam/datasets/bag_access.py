@@ -5,7 +5,7 @@ Only standard messages are read, by their standard definitions: a bag may hold a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -18,9 +18,17 @@ from rosbags.rosbag2 import Reader as Rosbag2Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from taskslam.datasets.bag_files import BagPath, check_bag_files
+from taskslam.datasets.bag_files import (
+    SUFFIXES,
+    BagPath,
+    bag_in,
+    begins_as_a_bag,
+    check_bag_files,
+    how_to_repair,
+    is_ros1,
+)
 from taskslam.errors import DatasetError, TaskSlamError
-from taskslam.reading import is_file
+from taskslam.reading import is_file, is_folder
 
 _TF = "tf2_msgs/msg/TFMessage"
 
@@ -63,14 +71,17 @@ def topic_types(path: Path) -> dict[str, str]:
         return types
 
 
-def read_messages(path: Path, topics: Collection[str]) -> Iterator[Message]:
-    """All messages of these topics as they were recorded.
+def read_messages(
+    path: Path, topics: Collection[str], skip: Callable[[Message, DatasetError], None] | None = None
+) -> Iterator[Message]:
+    """All messages of these topics as they were recorded. skip: told of one that cannot be decoded.
 
-    Raises DatasetError where the bag is damaged, or a topic is of a type that is not standard.
+    Raises DatasetError where the bag is damaged, or a topic is of a type that is not standard; without `skip`, also for
+    the first message that cannot be decoded.
     """
     if topics:
         with _opened(path) as reader:
-            yield from _messages(reader, path, topics)
+            yield from _messages(reader, path, topics, skip)
 
 
 def read_heads(path: Path, counts: Mapping[str, int]) -> dict[str, list[Any] | DatasetError]:
@@ -88,8 +99,10 @@ def read_heads(path: Path, counts: Mapping[str, int]) -> dict[str, list[Any] | D
     return heads
 
 
-def _messages(reader: Any, path: Path, topics: Collection[str]) -> Iterator[Message]:
-    ros1 = _is_ros1(path)
+def _messages(
+    reader: Any, path: Path, topics: Collection[str], skip: Callable[[Message, DatasetError], None] | None = None
+) -> Iterator[Message]:
+    ros1 = is_ros1(path)
     types = ros_types(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     decode = types.deserialize_ros1 if ros1 else types.deserialize_cdr
     connections = [connection for connection in reader.connections if connection.topic in topics]
@@ -101,25 +114,34 @@ def _messages(reader: Any, path: Path, topics: Collection[str]) -> Iterator[Mess
     with _foreign_errors(path, "damaged or cut off"):
         for connection, recorded, raw in reader.messages(connections=connections):
             where = f"{path}: {connection.topic}, the message recorded at {recorded / 1e9:.3f} s"
-            with _foreign_errors(where, "cannot be decoded"):
-                content = decode(raw, connection.msgtype)
+            try:
+                with _foreign_errors(where, "cannot be decoded"):
+                    content = decode(raw, connection.msgtype)
+            except DatasetError as error:
+                if skip is None:
+                    raise
+                skip(Message(connection.topic, recorded, None), error)
+                continue
             yield Message(connection.topic, recorded, content)
 
 
-def _is_ros1(path: Path) -> bool:
-    return path.suffix == ".bag"
-
-
 def _is_bag(place: Path) -> bool:
-    return (is_file(place) and place.suffix in (".bag", ".mcap")) or is_file(place / "metadata.yaml")
+    return (is_file(place) and place.suffix in SUFFIXES) or is_file(place / "metadata.yaml")
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
+    path = bag_in(path)
     check_bag_files(path, DatasetError)
-    with _foreign_errors(path, "cannot be opened as a bag"):
-        reader: Any = (Rosbag1Reader if _is_ros1(path) else Rosbag2Reader)(BagPath(path))
-        reader.open()
+    if not (is_folder(path) or begins_as_a_bag(path)):
+        raise DatasetError(f"{path}: exists, but is no bag: it begins as no ROS 1 bag, MCAP or SQLite file does")
+    ros1 = is_ros1(path)
+    try:
+        with _foreign_errors(path, "cannot be opened as a bag"):
+            reader: Any = (Rosbag1Reader if ros1 else Rosbag2Reader)(BagPath(path))
+            reader.open()
+    except DatasetError as error:
+        raise DatasetError(f"{str(error).rstrip('.')}{how_to_repair(path)}") from error
     try:
         yield reader
     finally:

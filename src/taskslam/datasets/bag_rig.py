@@ -7,17 +7,21 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
 from taskslam.datasets import ros_decoding
-from taskslam.datasets.stereo_rectification import DISTORTION_MODELS, CameraCalibration, distortion_model, mount_of
+from taskslam.datasets.cloud_clock import CloudClock
+from taskslam.datasets.distortion import lens
+from taskslam.datasets.stereo_rectification import CameraCalibration, mount_of
 from taskslam.errors import DatasetError
 from taskslam.geometry import FloatArray, invert_se3, pose_from_xyz_rpy
 from taskslam.measurements import NANOSECONDS
 from taskslam.robot import Imu, Lidar2D, Lidar3D
+
+Decoded = TypeVar("Decoded")
 
 _RANGES_3D = (0.5, 100.0)  # m
 _MOST_RINGS = 256
@@ -78,24 +82,26 @@ class Frames:
 
 
 def lidar_2d(messages: list[Any], frames: Frames) -> Lidar2D:
-    """From the first scans."""
-    scan = ros_decoding.laser_scan(messages[0], None)
+    """From the first scans that can be read."""
+    scan, messages = _first_good(messages, lambda message: ros_decoding.laser_scan(message, None))
+    rate = rate_of(messages)
     return Lidar2D(
         mount=mount_of(frames.T_base(messages[0].header.frame_id)),
-        rate=rate_of(messages),
+        rate=rate,
         samples=max(2, len(scan.ranges)),
         angle_min=scan.angle_min,
         angle_max=scan.angle_min + (len(scan.ranges) - 1) * scan.angle_increment,
         range_min=scan.range_min,
         range_max=scan.range_max,
         noise=0.0,
-        rolling=scan.time_increment > 0,
+        rolling=scan.time_increment > 0 and ros_decoding.is_within_a_turn(scan.time_increment, len(scan.ranges), rate),
     )
 
 
-def lidar_3d(messages: list[Any], frames: Frames) -> Lidar3D:
+def lidar_3d(messages: list[Any], frames: Frames, clock: CloudClock) -> Lidar3D:
     """From the first clouds. A ring may see nothing there, so their number is the next power of two, as LiDARs have."""
-    clouds = [ros_decoding.point_cloud(message) for message in messages]
+    _, messages = _first_good(messages, lambda message: ros_decoding.point_cloud(message, clock))
+    clouds = [ros_decoding.point_cloud(message, clock) for message in messages]
     if not any(len(cloud.points) for cloud in clouds):
         raise DatasetError("The first point clouds are empty, so their LiDAR cannot be told: give --robot")
     rings = 1 + max(int(cloud.ring.max()) for cloud in clouds if len(cloud.ring))
@@ -118,10 +124,24 @@ def lidar_3d(messages: list[Any], frames: Frames) -> Lidar3D:
     )
 
 
+def _first_good(messages: list[Any], decode: Callable[[Any], Decoded]) -> tuple[Decoded, list[Any]]:
+    """The first measurement that can be decoded, and the messages that can be. Raises what the first one has wrong."""
+    good, found, first_fault = [], [], None
+    for message in messages:
+        try:
+            found.append(decode(message))
+            good.append(message)
+        except DatasetError as error:
+            first_fault = first_fault or error
+    if not found:
+        raise first_fault or DatasetError("It holds no message")
+    return found[0], good
+
+
 def imu(messages: list[Any], frames: Frames) -> Imu:
     """From the first samples; noise from their covariances, where these are given."""
+    _, messages = _first_good(messages, ros_decoding.imu)
     first = messages[0]
-    ros_decoding.imu(first)
     return Imu(
         mount=mount_of(frames.T_base(first.header.frame_id)),
         rate=rate_of(messages),
@@ -159,15 +179,11 @@ def cameras(
 def raw_camera(info: Any, T_base_optical: FloatArray) -> CameraCalibration:
     """A camera by its K and D. Raises DatasetError where they are not those of a calibrated camera."""
     K, D = np.reshape(_matrix(info, "K"), (3, 3)), tuple(_matrix(info, "D"))
-    model = distortion_model(info.distortion_model, "CameraInfo")
-    if len(D) not in DISTORTION_MODELS[model]:
-        raise DatasetError(
-            f"A CameraInfo with {len(D)} coefficients for the distortion model '{info.distortion_model}'"
-        )
+    model, coefficients = lens(info.distortion_model, D, "A CameraInfo")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
         raise DatasetError("A CameraInfo without focal lengths: the camera is not calibrated")
     intrinsics = (float(K[0, 0]), float(K[1, 1]), float(K[0, 2]), float(K[1, 2]))
-    return CameraCalibration(*_image_size(info), intrinsics, model, D, T_base_optical)
+    return CameraCalibration(*_image_size(info), intrinsics, model, coefficients, T_base_optical)
 
 
 def _projected(info: Any, P: FloatArray, T_base_optical: FloatArray) -> CameraCalibration:
@@ -202,6 +218,14 @@ def rate_of(messages: list[Any]) -> float:
     if span <= 0:
         raise DatasetError("Its first messages do not tell a rate: they have one stamp; give --robot")
     return (len(stamps) - 1) * NANOSECONDS / span
+
+
+def rate_or_none(messages: list[Any]) -> float | None:
+    """The same, or None where they do not tell."""
+    try:
+        return rate_of(messages)
+    except DatasetError:
+        return None
 
 
 def _mount(frame: str, text: str) -> FloatArray:

@@ -33,6 +33,9 @@ class Recording(Protocol):
     def has(self, topic: str) -> bool:
         """Whether the recording has such a topic."""
 
+    def note(self, sentence: str) -> None:
+        """Say what was guessed, or not believed, of it."""
+
 
 class BagSensor(ABC):
     """A sensor of one recording that is read. part: its data sheet, as given or as the first messages tell it."""

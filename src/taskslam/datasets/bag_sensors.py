@@ -30,7 +30,11 @@ class Scans(BagSensor):
     """A planar LiDAR."""
 
     def __init__(self, recording: Recording, given: Lidar2D | None) -> None:
-        self.part: Lidar2D = given or bag_rig.lidar_2d(recording.first(recording.topic("laser_scan")), recording.frames)
+        topic = recording.topic("laser_scan")
+        first = recording.first(topic)
+        self.part: Lidar2D = given or bag_rig.lidar_2d(first, recording.frames)
+        for note in ros_decoding.doubts_about_scans(first, self.part):
+            recording.note(f"{topic}: {note}")
 
     @staticmethod
     def frames(part: Lidar2D) -> list[tuple[str, FloatArray]]:
@@ -65,9 +69,12 @@ class Clouds(BagSensor):
     """A spinning LiDAR."""
 
     def __init__(self, recording: Recording, given: Lidar3D | None) -> None:
-        self.part: Lidar3D = given or bag_rig.lidar_3d(
-            recording.first(recording.topic("point_cloud")), recording.frames
-        )
+        topic = recording.topic("point_cloud")
+        first = recording.first(topic)
+        self._clock = ros_decoding.clock_of_clouds(first, bag_rig.rate_or_none(first))
+        if self._clock.note:
+            recording.note(f"{topic}: {self._clock.note}")
+        self.part: Lidar3D = given or bag_rig.lidar_3d(first, recording.frames, self._clock)
 
     @staticmethod
     def frames(part: Lidar3D) -> list[tuple[str, FloatArray]]:
@@ -102,7 +109,7 @@ class Clouds(BagSensor):
 
     def measurement(self, role: str, content: Any, pairing: Pairing) -> PointCloud:  # noqa: ARG002
         """A message is a turn."""
-        return ros_decoding.point_cloud(content)
+        return ros_decoding.point_cloud(content, self._clock)
 
 
 class Inertial(BagSensor):

@@ -6,7 +6,6 @@ A reader never holds more than a few measurements: a recording may be larger tha
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from taskslam.measurements import Measurement, Sensor
 from taskslam.reading import is_file
 from taskslam.robot import SensorRig
 from taskslam.sensors import sensor_kind
+from taskslam.skipped import Skipped
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +44,14 @@ class Dataset(ABC):
         self.path = path
         self.name = path.stem if is_file(path) else path.resolve().name
         self.why_not: dict[Sensor, str] = {}
-        self.skipped: Counter[str] = Counter()
+        self.skipped = Skipped()
+        self.notes: list[str] = []
 
     @abstractmethod
     def measurements(self, sensors: Collection[Sensor]) -> Iterator[Measurement]:
         """What these sensors said, in stamp order, from the beginning; see `order` for equal stamps.
 
-        Raises DatasetError naming file and place at the first thing that cannot be read.
+        What cannot be read is skipped and counted. Raises DatasetError naming file and place where it is too much.
         """
 
     @abstractmethod

@@ -18,13 +18,13 @@ from pydantic import ValidationError
 
 from taskslam.datasets.asl_tables import Row, SensorFile, read_rows, read_sensor_file
 from taskslam.datasets.dataset import Dataset, TruthPose, order
+from taskslam.datasets.distortion import lens
 from taskslam.datasets.image_files import read_image
 from taskslam.datasets.quaternions import pose_of
+from taskslam.datasets.share import Share
 from taskslam.datasets.stereo_rectification import (
-    DISTORTION_MODELS,
     CameraCalibration,
     Rectifier,
-    distortion_model,
     mount_of,
     same_camera,
 )
@@ -37,6 +37,7 @@ from taskslam.user_files import check, complaint
 ROBOT_FILE = "robot.yaml"
 CAMERAS = ("cam0", "cam1")
 IMU, TRUTH = "imu0", "state_groundtruth_estimate0"
+TRUTHS = (TRUTH, "mocap0", "vicon0")  # EuRoC, TUM-VI, EuRoC without an estimate
 
 
 def is_euroc(path: Path) -> bool:
@@ -83,38 +84,52 @@ class EurocFolder(Dataset):
         return heapq.merge(*streams, key=order)
 
     def truth(self) -> Iterator[TruthPose]:
-        """Rows of state_groundtruth_estimate0: position and orientation (w x y z) of the body."""
-        path = self._root / TRUTH / "data.csv"
-        if not is_file(path):
+        """Rows of state_groundtruth_estimate0 (TUM-VI: mocap0): position and orientation (w x y z) of the body."""
+        path = next((place for name in TRUTHS if is_file(place := self._root / name / "data.csv")), None)
+        if path is None:
             return
-        for row in read_rows(path):
-            x, y, z, qw, qx, qy, qz = row.numbers(7)
-            T = pose_of((x, y, z), (qx, qy, qz, qw))
-            if T is None:
-                raise DatasetError(f"{row.where}: the orientation is not a unit quaternion w x y z")
-            yield TruthPose(row.stamp, T)
+        share = Share(self.skipped, "rows of the ground truth that cannot be read")
+        for row in read_rows(path, share):
+            T = None
+            with share.of(""):
+                x, y, z, qw, qx, qy, qz = row.numbers(7)
+                T = pose_of((x, y, z), (qx, qy, qz, qw))
+                if T is None:
+                    raise DatasetError(f"{row.where}: the orientation is not a unit quaternion w x y z")
+            if T is not None:
+                yield TruthPose(row.stamp, T)
+        share.end()
 
     def _inertial(self) -> Iterator[Measurement]:
-        for row in read_rows(self._root / IMU / "data.csv"):
-            values = np.array([row.numbers(6)])
-            yield ImuSamples(row.stamp, np.array([row.stamp], np.int64), values[:, :3].copy(), values[:, 3:].copy())
+        share = Share(self.skipped, "inertial samples that cannot be read")
+        for row in read_rows(self._root / IMU / "data.csv", share):
+            with share.of(""):
+                values = np.array([row.numbers(6)])
+            if not share.failed:
+                stamps = np.array([row.stamp], np.int64)
+                yield ImuSamples(row.stamp, stamps, values[:, :3].copy(), values[:, 3:].copy())
+        share.end()
 
     def _pairs(self) -> Iterator[Measurement]:
-        """Pairs with equal stamps; an image without its partner is skipped and counted."""
+        """Pairs with equal stamps; an image without its partner, or one that is damaged, is skipped and counted."""
         assert self._rectifier is not None
-        rows = [read_rows(self._root / camera / "data.csv") for camera in CAMERAS]
+        share = Share(self.skipped, "pairs of images that cannot be read")
+        rows = [read_rows(self._root / camera / "data.csv", share) for camera in CAMERAS]
         left, right = (next(stream, None) for stream in rows)
         while left is not None and right is not None:
             if left.stamp == right.stamp:
-                images = self._image(left, CAMERAS[0]), self._image(right, CAMERAS[1])
-                yield StereoImages(left.stamp, *self._rectifier(*images))
+                with share.of(""):
+                    images = self._image(left, CAMERAS[0]), self._image(right, CAMERAS[1])
+                if not share.failed:
+                    yield StereoImages(left.stamp, *self._rectifier(*images))
                 left, right = (next(stream, None) for stream in rows)
             else:
-                self.skipped["images without a partner"] += 1
+                self.skipped.add("images without a partner")
                 if left.stamp < right.stamp:
                     left = next(rows[0], None)
                 else:
                     right = next(rows[1], None)
+        share.end()
 
     def _image(self, row: Row, camera: str) -> npt.NDArray[np.uint8]:
         assert self._rectifier is not None
@@ -178,7 +193,7 @@ def _calibration(file: SensorFile) -> CameraCalibration:
         raise DatasetError(f"{file.path}: camera_model {file.keys['camera_model']!r}; only pinhole is read")
     if file.number("rate_hz") <= 0:
         raise DatasetError(f"{file.path}: rate_hz: expected a positive number")
-    model = distortion_model(str(file.keys.get("distortion_model") or ""), str(file.path))
-    has = "distortion_coefficients" in file.keys
-    coefficients = file.numbers("distortion_coefficients", DISTORTION_MODELS[model]) if has else ()
+    has = file.keys.get("distortion_coefficients") is not None
+    given = file.numbers("distortion_coefficients", tuple(range(15))) if has else ()
+    model, coefficients = lens(str(file.keys.get("distortion_model") or ""), given, str(file.path))
     return CameraCalibration(int(width), int(height), (fx, fy, cx, cy), model, coefficients, file.mount())

@@ -1,4 +1,4 @@
-"""Decoding one camera image: 8-bit grey or RGB of a known size, or a sentence that says what it is instead."""
+"""Decoding one camera image: grey or RGB of a known size, 16 bits scaled to 8, or a sentence on what it is instead."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def read_image(source: Path | bytes, where: str, size: tuple[int, int] | None) -
     """(H, W) or (H, W, 3) uint8 of an image file, or of its bytes. size: (width, height) that it must have.
 
     Raises:
-        DatasetError: no such file, damaged or cut off, another size, more than 8 bits or a palette.
+        DatasetError: no such file, damaged or cut off, another size, or a palette.
     """
     content = read_bytes(source, "image", DatasetError, LARGEST_PICTURE) if isinstance(source, Path) else source
     with opened_picture(content, where, DatasetError, _FORMATS) as image:
@@ -26,6 +26,8 @@ def read_image(source: Path | bytes, where: str, size: tuple[int, int] | None) -
             raise DatasetError(
                 f"{where}: an image of {width}x{height} pixels; expected {size[0]}x{size[1]} as the others"
             )
+        if image.mode.startswith("I;16"):  # TUM-VI keeps 12 bits of light in the upper ones of 16
+            return (np.asarray(image) >> 8).astype(np.uint8)
         if image.mode not in ("L", "RGB"):
-            raise DatasetError(f"{where}: an image of mode {image.mode}; expected 8-bit grey or RGB")
+            raise DatasetError(f"{where}: an image of mode {image.mode}; expected grey or RGB of 8 bits, or grey of 16")
         return np.asarray(image)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from taskslam.geometry import SE2, FloatArray
+from taskslam.record.trajectories import UNIT_TOLERANCE
 
 _NUDGES = 16
-_UNIT_TOLERANCE = 1e-2
 
 
 def planar_quaternion(theta: float) -> tuple[float, float]:
@@ -42,7 +42,7 @@ def pose_of(xyz: tuple[float, float, float], quaternion: tuple[float, float, flo
     """(4, 4) pose, or None if the numbers are not finite or the quaternion is not of unit length within 1e-2."""
     x, y, z, w = quaternion
     norm = math.hypot(x, y, z, w)
-    if not all(map(math.isfinite, (*xyz, norm))) or abs(norm - 1.0) > _UNIT_TOLERANCE:
+    if not all(map(math.isfinite, (*xyz, norm))) or abs(norm - 1.0) > UNIT_TOLERANCE:
         return None
     if x == 0.0 and y == 0.0:
         T = SE2(xyz[0], xyz[1], heading(z, w)).matrix()

@@ -7,21 +7,25 @@ our own gives back what was recorded bit for bit. Functions raise DatasetError w
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from taskslam.datasets.cloud_clock import CloudClock, cloud_clock
 from taskslam.datasets.quaternions import heading, pose_of
 from taskslam.errors import DatasetError
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS, ImuSamples, LaserScan, PointCloud, WheelOdometry
 from taskslam.robot import Lidar2D
 
+FARTHEST_2D = 100.0  # m: of a laser whose messages say that it sees without end
+_SWEEP = 1.2  # times the time between scans: beyond it, time_increment is something else
 _MAX_SWEEP = NANOSECONDS  # a turn takes no longer than a second
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _RING_NAMES = ("ring", "line", "channel")
-_TIME_NAMES = ("time", "t", "offset_time", "timestamp", "time_stamp")
 _ENCODINGS = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4}
 
 
@@ -72,14 +76,20 @@ def imu(message: Any) -> ImuSamples:
 
 
 def laser_scan(message: Any, lidar: Lidar2D | None) -> LaserScan:
-    """sensor_msgs/LaserScan; ranges outside the limits, zero or NaN are +inf: no return (REP-117)."""
+    """sensor_msgs/LaserScan; ranges outside the limits, zero or NaN are +inf: no return (REP-117).
+
+    lidar: the laser's data sheet, by which a range_max without end and a sweep longer than its period are set right.
+    """
     ranges = np.asarray(message.ranges, dtype=np.float32)
     increment = float(message.time_increment)
-    numbers = (message.angle_min, message.angle_increment, message.range_min, message.range_max, increment)
+    range_max = lidar.range_max if lidar else FARTHEST_2D
+    range_max = float(message.range_max) if message.range_max < math.inf else range_max
+    numbers = (message.angle_min, message.angle_increment, message.range_min, range_max, increment)
     if not len(ranges) or not all(map(math.isfinite, numbers)) or increment < 0 or message.angle_increment == 0:
         raise DatasetError("a scan without ranges, or with an angle, limit or time that is not a number")
     seen = (ranges >= message.range_min) & (ranges <= message.range_max)
-    between = round(increment * NANOSECONDS)
+    believed = lidar is None or is_within_a_turn(increment * NANOSECONDS, len(ranges), lidar.rate)
+    between = round(increment * NANOSECONDS) if believed else 0
     known = (lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max) if lidar else (None,) * 4
     angle_min, angle_increment, range_min, range_max = map(_unrounded, numbers[:4], known)
     return LaserScan(
@@ -93,19 +103,47 @@ def laser_scan(message: Any, lidar: Lidar2D | None) -> LaserScan:
     )
 
 
-def point_cloud(message: Any) -> PointCloud:
-    """sensor_msgs/PointCloud2 with x, y, z, a ring and, for a turn that takes time, the time of each point.
+def clock_of_clouds(messages: Sequence[Any], rate: float | None) -> CloudClock:
+    """What the time field of sensor_msgs/PointCloud2 means, by the first of them. rate: Hz, if it is known."""
+    told = []
+    for message in messages:
+        with suppress(DatasetError):
+            told.append((columns_of(message), stamp_of(message)))
+    return cloud_clock(told, None if rate is None else NANOSECONDS / rate)
 
-    Times: seconds as float, nanoseconds as integer, after the header's stamp; or since the epoch in `timestamp`.
-    """
-    cells = _cells(message)
+
+def doubts_about_scans(messages: Sequence[Any], lidar: Lidar2D) -> list[str]:
+    """What of the first scans is not believed, a sentence each."""
+    doubts = []
+    first = messages[0]
+    increment, rays = float(first.time_increment), len(first.ranges)
+    if increment > 0 and not is_within_a_turn(increment * NANOSECONDS, rays, lidar.rate):
+        doubts.append(
+            f"a sweep of {increment * (rays - 1):.3g} s ({rays} rays, time_increment {increment:g} s) is longer than"
+            f" the {1 / lidar.rate:.3g} s from scan to scan: not believed, all rays count as of the stamp"
+        )
+    if first.range_max == math.inf:
+        doubts.append(f"range_max is infinite: taken for {lidar.range_max:g} m")
+    return doubts
+
+
+def is_within_a_turn(between_ns: float, rays: int, rate: float) -> bool:
+    """Whether a sweep of so many rays, so many ns apart, takes no longer than the time from one scan to the next."""
+    return between_ns * (rays - 1) <= _SWEEP * NANOSECONDS / rate
+
+
+def point_cloud(message: Any, clock: CloudClock) -> PointCloud:
+    """sensor_msgs/PointCloud2 with x, y, z, a ring and, for a turn that takes time, the time of each point."""
+    cells = columns_of(message)
     points = np.stack([cells[axis].astype(np.float32) for axis in ("x", "y", "z")], axis=1)
     ring_name = next((name for name in _RING_NAMES if name in cells), None)
     if ring_name is None:
         raise DatasetError(f"a point cloud without a field {', '.join(_RING_NAMES)}; it has {', '.join(cells)}")
     ring = cells[ring_name].astype(np.uint16)
     stamp = stamp_of(message)
-    offset = _time_offsets(cells, stamp)
+    offset = clock.offsets(cells, stamp)
+    if len(offset) and max(abs(int(offset.min())), abs(int(offset.max()))) > _MAX_SWEEP:
+        raise DatasetError(f"a point cloud whose '{clock.field}' lies more than a second from its stamp")
     kept = np.isfinite(points).all(axis=1) & points.any(axis=1)
     if not kept.all():
         points, ring, offset = points[kept], ring[kept], offset[kept]
@@ -138,7 +176,7 @@ def _unrounded(value: float, known: float | None) -> float:
     return known if known is not None and float(np.float32(known)) == float(value) else float(value)
 
 
-def _cells(message: Any) -> dict[str, npt.NDArray[Any]]:
+def columns_of(message: Any) -> dict[str, npt.NDArray[Any]]:
     """The columns of a cloud by their names."""
     step, count = int(message.point_step), int(message.width) * int(message.height)
     byte_order = ">" if message.is_bigendian else "<"
@@ -160,21 +198,3 @@ def _cells(message: Any) -> dict[str, npt.NDArray[Any]]:
     layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
     points = data[: count * step].view(layout)
     return {name: points[name] for name in names}
-
-
-def _time_offsets(cells: dict[str, npt.NDArray[Any]], stamp: int) -> npt.NDArray[np.int64]:
-    """(N,) ns of each point after the header's stamp; zeros if the cloud does not tell."""
-    name = next((name for name in _TIME_NAMES if name in cells), None)
-    if name is None:
-        return np.zeros(len(cells["x"]), np.int64)
-    times = cells[name]
-    if times.dtype.kind in "iu":
-        offsets = times.astype(np.int64)
-    else:
-        if not np.isfinite(times).all():
-            raise DatasetError(f"a point cloud whose '{name}' is not finite everywhere")
-        since = stamp / NANOSECONDS if name.startswith("timestamp") else 0.0
-        offsets = np.round((times.astype(np.float64) - since) * NANOSECONDS).astype(np.int64)
-    if len(offsets) and max(abs(int(offsets.min())), abs(int(offsets.max()))) > _MAX_SWEEP:
-        raise DatasetError(f"a point cloud whose '{name}' lies more than a second from its stamp")
-    return offsets

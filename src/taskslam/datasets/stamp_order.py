@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections import Counter, OrderedDict
+from collections import OrderedDict
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,19 +11,20 @@ import numpy.typing as npt
 
 from taskslam.datasets.dataset import order
 from taskslam.measurements import NANOSECONDS, Measurement
+from taskslam.skipped import Skipped
 
 _WINDOW = NANOSECONDS  # messages may be recorded so much later than their stamps say, one topic against another
 _SYNCHRONOUS = NANOSECONDS // 1000  # two images are one pair if they are this close
 _MOST_WAITING = 32
 
 
-def in_stamp_order(measurements: Iterator[Measurement], skipped: Counter[str]) -> Iterator[Measurement]:
+def in_stamp_order(measurements: Iterator[Measurement], skipped: Skipped) -> Iterator[Measurement]:
     """The measurements sorted by `order`; one that is more than a second late is left out and counted."""
     heap: list[tuple[tuple[int, int], int, Measurement]] = []
     newest = released = -1
     for number, measurement in enumerate(measurements):
         if measurement.stamp < released:
-            skipped["messages more than a second out of order"] += 1
+            skipped.add("messages more than a second out of order")
             continue
         newest = max(newest, measurement.stamp)
         heapq.heappush(heap, (order(measurement), number, measurement))
@@ -37,7 +38,7 @@ def in_stamp_order(measurements: Iterator[Measurement], skipped: Counter[str]) -
 class Pairing:
     """Finds the other image of a pair by its stamp; images that wait in vain are counted."""
 
-    def __init__(self, skipped: Counter[str]) -> None:
+    def __init__(self, skipped: Skipped) -> None:
         self._waiting: tuple[OrderedDict[int, npt.NDArray[Any]], ...] = (OrderedDict(), OrderedDict())
         self._skipped = skipped
 
@@ -50,7 +51,7 @@ class Pairing:
             mine[stamp] = image
             if len(mine) > _MOST_WAITING:
                 mine.popitem(last=False)
-                self._skipped["images without a partner"] += 1
+                self._skipped.add("images without a partner")
             return None
         other = others.pop(partner)
         return (stamp, image, other) if eye == 0 else (partner, other, image)
@@ -58,4 +59,4 @@ class Pairing:
     def end(self) -> None:
         """Count what is left without a partner."""
         if left := sum(map(len, self._waiting)):
-            self._skipped["images without a partner"] += left
+            self._skipped.add("images without a partner", count=left)

@@ -23,22 +23,6 @@ from taskslam.robot.parts import Mount
 
 Image = npt.NDArray[np.uint8]
 
-DISTORTION_MODELS = {
-    "none": (0,),
-    "radial-tangential": (0, 4, 5, 8),
-    "equidistant": (0, 4),
-}
-"""Models with the numbers of coefficients that each may have."""
-
-_ALIASES = {
-    "": "none",
-    "radtan": "radial-tangential",
-    "plumb_bob": "radial-tangential",
-    "rational_polynomial": "radial-tangential",
-    "equi": "equidistant",
-    "fisheye": "equidistant",
-}
-
 _SAME = 1e-6  # rad, and relative to lengths: below this two calibrations are the same one, written differently
 
 
@@ -100,15 +84,6 @@ class Rectifier:
         if self.is_identity:
             return left, right
         return tuple(resampled_image(image, table) for image, table in zip((left, right), self._tables, strict=True))  # type: ignore[return-value]
-
-
-def distortion_model(name: str, where: str) -> str:
-    """Our name of a distortion model that goes by many. Raises DatasetError for one that is not known."""
-    model = _ALIASES.get(name, name)
-    if model not in DISTORTION_MODELS:
-        known = ", ".join(sorted({*DISTORTION_MODELS, *_ALIASES} - {""}))
-        raise DatasetError(f"{where}: distortion model '{name}'; expected one of {known}")
-    return model
 
 
 def same_camera(one: StereoCamera, other: StereoCamera) -> bool:

@@ -1,7 +1,8 @@
-"""Trajectories out of files, told apart by their names: TUM, EuRoC csv, KITTI, and the topics of bags.
+"""Trajectories out of files, told apart by their names and first lines: TUM, EuRoC csv, KITTI, and topics of bags.
 
 run.tum, run.txt     timestamp tx ty tz qx qy qz qw      (TUM: seconds)
-data.csv             timestamp, x, y, z, qw, qx, qy, qz  (EuRoC: nanoseconds; further columns are left out)
+data.csv             timestamp, x, y, z, qw, qx, qy, qz  (EuRoC: nanoseconds)
+any of these         columns in any order that a header names, and further ones (`trajectory_layout.py`)
 00.txt               twelve numbers a line               (KITTI: rows of the 3 x 4 matrix; stamps in a times file)
 drive.bag, drive.mcap, drive.db3, a rosbag2 folder; with a topic: drive.bag:/odom
 """
@@ -15,19 +16,27 @@ import numpy as np
 
 from taskslam.datasets.bag_trajectories import is_bag, read_bag_trajectory
 from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajectory
+from taskslam.datasets.trajectory_layout import KITTI_COLUMNS, Head, layout_of, read_head
 from taskslam.errors import RecordError, TrajectoryError
-from taskslam.reading import is_there, open_file
-from taskslam.record.number_table import NumberTable, read_number_table
-from taskslam.record.trajectories import COLUMNS
+from taskslam.measurements import NANOSECONDS
+from taskslam.reading import is_there
+from taskslam.record.number_table import NumberTable, StampUnit, read_number_table
+from taskslam.record.trajectories import COLUMNS, SpatialTrajectory
+from taskslam.skipped import too_many
 
 _TUM = f"eight numbers '{' '.join(COLUMNS)}' separated by blanks"
 _EUROC = "at least eight numbers 'timestamp x y z qw qx qy qz' separated by commas"
 _KITTI = "twelve numbers separated by blanks, the rows of a 3 x 4 pose matrix"
-_RIGID = 1e-3
+_RIGID = 2e-2  # what three decimals leave of a rotation
+_EXACT = 1e-3
 
 
-def read_trajectory_file(source: str, times: Path | None = None) -> ReadTrajectory:
+def read_trajectory_file(
+    source: str, times: Path | None = None, unit: StampUnit | None = None, truth: SpatialTrajectory | None = None
+) -> ReadTrajectory:
     """Read one trajectory. times: for KITTI files, seconds of each pose, one number a line.
+
+    unit: of its stamps; truth: the ground truth, in whose time they should lie, where the unit is to be guessed.
 
     Raises TrajectoryError saying what is wrong, where, and what was expected.
     """
@@ -35,34 +44,45 @@ def read_trajectory_file(source: str, times: Path | None = None) -> ReadTrajecto
     if topic is not None or is_bag(path):
         return read_bag_trajectory(path, topic)
     try:
-        if path.suffix.lower() == ".csv":
-            return _read_euroc(path)
-        if path.suffix.lower() != ".tum" and _words_of_first_line(path) == 12:
+        head = read_head(path)
+        if path.suffix.lower() not in (".tum", ".csv") and head.rows and len(head.rows[0]) == KITTI_COLUMNS:
             return _read_kitti(path, times)
-        return _read_tum(path)
+        return _read_table(path, head, unit, truth)
     except RecordError as error:
         raise TrajectoryError(str(error)) from None
 
 
 def split_topic(source: str) -> tuple[Path, str | None]:
     """`drive.bag:/odom` as path and topic; a path that exists as it stands has no topic."""
-    head, colon, topic = source.rpartition(":")
-    if colon and head and topic and not is_there(Path(source)) and is_bag(Path(head)):
-        return Path(head), topic
+    parts = source.split(":")
+    for at in range(1, len(parts)) if not is_there(Path(source)) else ():
+        head, topic = ":".join(parts[:at]), ":".join(parts[at:])
+        if head and topic and is_bag(Path(head)):
+            return Path(head), topic
     return Path(source), None
 
 
-def _read_tum(path: Path) -> ReadTrajectory:
-    table = read_number_table(path, 8, _TUM, "seconds", cut_off_allowed=True)
-    return checked_trajectory(
-        table.stamps, table.values[:, :3], table.values[:, 3:], _place(path, table), _notes(table)
+def _read_table(path: Path, head: Head, unit: StampUnit | None, truth: SpatialTrajectory | None) -> ReadTrajectory:
+    span = None if truth is None else (truth.stamps[0] / NANOSECONDS, truth.stamps[-1] / NANOSECONDS)
+    layout = layout_of(path, head, unit, span)
+    expected = _TUM if layout.separator == " " else _EUROC
+    table = read_number_table(
+        path,
+        8,
+        expected,
+        layout.unit,
+        separator=layout.separator,
+        cut_off_allowed=True,
+        layout=layout.columns or None,
+        skip_bad_lines=True,
     )
-
-
-def _read_euroc(path: Path) -> ReadTrajectory:
-    table = read_number_table(path, 8, _EUROC, "nanoseconds", separator=",", cut_off_allowed=True)
-    quaternions = table.values[:, [4, 5, 6, 3]]
-    return checked_trajectory(table.stamps, table.values[:, :3], quaternions, _place(path, table), _notes(table))
+    bad = table.bad[table.bad != layout.header_line]
+    if too_many(len(bad), len(bad) + len(table.lines)):
+        words = f" of {len(head.rows[0])} columns" if head.rows else ""
+        raise TrajectoryError(f"{path}, line {bad[0]}: expected {expected}, found {table.first_bad}{words}")
+    skipped = (f"{len(bad)} lines are no poses and left out (first: line {bad[0]})",) if len(bad) else ()
+    notes = layout.notes + _cut_off(table) + skipped
+    return checked_trajectory(table.stamps, table.values[:, :3], table.values[:, 3:], _place(path, table), notes)
 
 
 def _read_kitti(path: Path, times: Path | None) -> ReadTrajectory:
@@ -80,28 +100,27 @@ def _read_kitti(path: Path, times: Path | None) -> ReadTrajectory:
     place = _place(path, table)
     finite = np.isfinite(np.abs(table.values).max(axis=1, initial=0.0))
     turns = np.where(finite[:, None, None], rows[:, :, :3], np.eye(3))
-    off = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).reshape(-1, 9)
-    bad = (off > _RIGID).any(axis=1) | (np.linalg.det(turns) < 0)
+    off = np.abs(turns @ turns.transpose(0, 2, 1) - np.eye(3)).reshape(-1, 9).max(axis=1, initial=0.0)
+    bad = (off > _RIGID) | (np.linalg.det(turns) < 0)
+    notes: tuple[str, ...] = ()
     if bad.any():
-        raise TrajectoryError(
-            f"{place(int(np.argmax(bad)))}: expected a rotation in the first three columns of the matrix"
-        )
+        first = place(int(np.argmax(bad)))
+        if too_many(int(np.count_nonzero(bad)), len(bad)):
+            raise TrajectoryError(f"{first}: expected a rotation in the first three columns of the matrix")
+        notes += (f"{np.count_nonzero(bad)} matrices are no rotations and left out (first: {first})",)
+    if (rounded := (off > _EXACT) & ~bad).any():
+        notes += (f"{np.count_nonzero(rounded)} matrices are rounded and made rotations again",)
+    turns[bad] = np.eye(3)
     quaternions = Rotation.from_matrix(turns).as_quat() if len(turns) else np.empty((0, 4))
     quaternions[~finite] = np.nan
-    return checked_trajectory(clock.stamps, rows[:, :, 3], quaternions, place)
-
-
-def _words_of_first_line(path: Path) -> int:
-    """How many words the first line of numbers has, as far as the first 64 KiB show it."""
-    with open_file(path, "trajectory", TrajectoryError) as file:
-        head = file.read(65536)
-    lines = (line.split() for line in head.split(b"\n"))
-    return next((len(words) for words in lines if words and words[0][:1] not in b"#%"), 0)
+    whole = np.flatnonzero(~bad)
+    at = lambda row: place(int(whole[row])) if len(whole) else place(row)  # noqa: E731
+    return checked_trajectory(clock.stamps[whole], rows[whole][:, :, 3], quaternions[whole], at, notes)
 
 
 def _place(path: Path, table: NumberTable) -> Callable[[int], str]:
     return lambda row: f"{path}, line {table.lines[row]}" if len(table.lines) else str(path)
 
 
-def _notes(table: NumberTable) -> tuple[str, ...]:
+def _cut_off(table: NumberTable) -> tuple[str, ...]:
     return ("the last line was cut off and is left out",) if table.cut_off else ()

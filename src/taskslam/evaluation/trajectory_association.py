@@ -58,14 +58,15 @@ def associate_trajectories(
     return reference[rows], estimate[matches]
 
 
-def common_frames(runs: Sequence[Stamps]) -> Indices:
+def common_frames(runs: Sequence[Stamps], tolerance_ns: int = FRAME_TOLERANCE_NS) -> Indices:
     """(F, R) rows: frame f is pose [f, r] of run r, or -1 where run r has no pose of it; F frames of any run, in order.
 
     A frame is an image or scan of the dataset; runs that saw the same one stamp it alike, up to how their tools round.
-    Stamps within 1 ms are the same frame, or closer ones if the runs themselves are sampled faster than every 4 ms.
+    Stamps within `tolerance_ns` are the same frame, or closer ones if the runs themselves are sampled faster than every
+    four times that.
     """
     steps = [np.diff(stamps).min() for stamps in runs if len(stamps) > 1]
-    tolerance = min([FRAME_TOLERANCE_NS, *(int(step) // 4 for step in steps)])
+    tolerance = min([tolerance_ns, *(int(step) // 4 for step in steps)])
     stamps = np.concatenate([np.empty(0, dtype=np.int64), *runs])
     owner = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
     row = np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(len(run)) for run in runs)])

@@ -23,7 +23,8 @@ from taskslam.realworld.cameras.camera_model import Camera
 from taskslam.realworld.cameras.images import GreyImage, list_images, read_grey
 from taskslam.realworld.tags.detector import Detector, Tag
 
-_STAMP = re.compile(r"(\d{1,11})(?:[._](\d{1,9}))?\Z")
+_STAMP = re.compile(r"(?<!\d)(?:(\d{1,11})([._])(\d{1,9})|(\d{1,19}))\Z")
+_UNITS = ((17, 1), (14, 1000), (12, 1_000_000), (0, NANOSECONDS))  # digits of a whole number, and ns of its unit
 _WHOLE_EVERY = 10  # images: a second tag of the same id is seen at the latest then
 _AROUND = 0.75  # tag sides searched on each side of the last place
 _AROUND_PX = 40
@@ -57,23 +58,42 @@ class Look:
 
 
 def image_frames(folder: Path) -> list[Frame]:
-    """Images of a folder by time, whatever the order of their names. A name ends in Unix seconds: `1716393934.25.jpg`.
+    """Images of a folder by time, whatever the order of their names.
+
+    A name ends in its time since 1970: seconds with a decimal point (`1716393934.25.jpg`), seconds and nanoseconds
+    (`1716393934_250000000`, also without zeros in front), or one whole number of ns, us or ms by its size. Where points
+    stand before fractions of different lengths that end in zeros, these are nanoseconds, too.
 
     Raises:
         InputError: no such folder, no image in it, or a name without a stamp.
     """
-    frames = []
-    for path in list_images(folder):
+    paths = list_images(folder)
+    if not paths:
+        raise InputError(f"{folder}: holds no image; expected those of one camera, named by their time")
+    times = {}
+    for path in paths:
         found = _STAMP.search(path.stem)
         if found is None:
             raise InputError(
                 f"{path}: the name ends in no time; expected Unix seconds such as 1716393934.25{path.suffix}"
             )
-        seconds, fraction = found.group(1), found.group(2) or ""
-        frames.append(Frame(int(seconds) * NANOSECONDS + int(f"{fraction:0<9}"), path))
-    if not frames:
-        raise InputError(f"{folder}: holds no image; expected those of one camera, named by their time")
+        times[path] = (found[1] or found[4], found[2] or "", found[3] or "")
+    fractions = [fraction for _, separator, fraction in times.values() if separator == "."]
+    unpadded = len({len(fraction) for fraction in fractions}) > 1 and any(
+        fraction.endswith("0") for fraction in fractions
+    )
+    frames = [Frame(_stamp(*time, unpadded), path) for path, time in times.items()]
     return sorted(frames, key=lambda frame: (frame.stamp, frame.path.name))
+
+
+def _stamp(whole: str, separator: str, fraction: str, unpadded: bool) -> int:
+    """Ns since 1970 of the parts of a name."""
+    if not separator:
+        size = len(whole)
+        return int(whole) * next(scale for digits, scale in _UNITS if size >= digits)
+    if separator == "_" or unpadded:
+        return int(whole) * NANOSECONDS + int(fraction)
+    return int(whole) * NANOSECONDS + int(f"{fraction:0<9}")
 
 
 def look_through(

@@ -1,12 +1,15 @@
 """Tables of numbers in text files, read at once: a stamp and numbers a line, as TUM, EuRoC and KITTI files have it.
 
 Stamps become integer nanoseconds without passing through floating point, all else the doubles that `float` would give.
-Blank lines, and lines that begin with `#` or `%`, are left out. Whatever is wrong is told with its line.
+Blank lines, and lines that begin with `#` or `%`, are left out. Whatever is wrong is told with its line, and ends the
+reading or, by option, costs that line.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import codecs
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -17,14 +20,18 @@ import numpy.typing as npt
 from taskslam.compiled import njit
 from taskslam.errors import RecordError
 from taskslam.geometry import FloatArray
-from taskslam.measurements import NANOSECONDS
 from taskslam.reading import LARGEST_TABLE, read_bytes
 from taskslam.record.decimal_numbers import POWERS_OF_FIVE, read_double, read_scaled_integer
 
-StampUnit: TypeAlias = Literal["seconds", "nanoseconds"]
+StampUnit: TypeAlias = Literal["seconds", "milliseconds", "microseconds", "nanoseconds"]
 Bytes: TypeAlias = npt.NDArray[np.uint8]
 
-_DECIMALS: dict[StampUnit | None, int] = {"seconds": 9, "nanoseconds": 0, None: -1}
+_DECIMALS: dict[StampUnit | None, int] = {
+    "seconds": 9, "milliseconds": 6, "microseconds": 3, "nanoseconds": 0, None: -1,
+}  # fmt: skip
+STAMP = -1
+"""In a layout: the column of the stamp."""
+_SKIPPED = -2
 _INT64_MAX = 2**63 - 1
 
 
@@ -32,19 +39,16 @@ _INT64_MAX = 2**63 - 1
 class NumberTable:
     """What a file holds. stamps: (N,) ns, zeros if the file has none; values: (N, K); lines: (N,) counted from 1.
 
-    cut_off: the last line ended in its middle (not readable, and no line end) and is left out.
+    cut_off: the last line ended in its middle (not readable, and no line end) and is left out; bad: (B,) lines that
+    were not as expected and are left out; first_bad: the text of the first of them.
     """
 
     stamps: npt.NDArray[np.int64]
     values: FloatArray
     lines: npt.NDArray[np.int64]
     cut_off: bool = False
-
-
-class _BadLineError(Exception):
-    def __init__(self, line: int, hint: str = "") -> None:
-        self.line = line
-        self.hint = hint
+    bad: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    first_bad: str = ""
 
 
 def read_number_table(
@@ -52,66 +56,98 @@ def read_number_table(
     columns: int,
     expected: str,
     stamp_unit: StampUnit | None,
-    separator: Literal[" ", ","] = " ",
+    separator: Literal[" ", ",", ";"] = " ",
     cut_off_allowed: bool = False,
+    layout: Sequence[int | None] | None = None,
+    skip_bad_lines: bool = False,
 ) -> NumberTable:
     """Read `columns` numbers a line, the first of them a stamp unless `stamp_unit` is None.
 
-    separator: `" "` for blanks and tabs, with exactly these columns; `","` for commas with or without blanks, where
+    separator: `" "` for blanks and tabs, with exactly these columns; `","` or `";"` with or without blanks, where
     columns behind these are left out. NaN and infinity are read as they stand, except in stamps. `expected` is what an
-    error says of a line. cut_off_allowed: see `NumberTable.cut_off`.
+    error says of a line. cut_off_allowed: see `NumberTable.cut_off`. layout: for each column of the file, as many as
+    matter, the place of its number among the values, or STAMP, or None for one that is passed over; columns behind
+    these are left out. skip_bad_lines: see `NumberTable.bad`.
 
-    Raises RecordError: the file cannot be read, or a line is not as expected.
+    Raises RecordError: the file cannot be read, or a line is not as expected and is not to be skipped.
     """
-    data: Bytes = np.frombuffer(read_bytes(path, "table of numbers", RecordError, LARGEST_TABLE), dtype=np.uint8)
+    stamped = stamp_unit is not None
+    plain = [*([STAMP] if stamped else []), *range(columns - stamped)]
+    places = np.array([_SKIPPED if place is None else place for place in (layout or plain)], np.int64)
+    exactly = separator == " " and layout is None
+    data: Bytes = np.frombuffer(as_utf8(read_bytes(path, "table of numbers", RecordError, LARGEST_TABLE)), np.uint8)
     last_line = int(np.count_nonzero(data == ord("\n"))) + 1
-    room = min(last_line, len(data) // (2 * columns) + 1)  # a row is a digit and a blank for each column at least
-    numbers = columns - (stamp_unit is not None)
+    room = min(last_line, len(data) // (2 * len(places)) + 1)  # a row is a digit and a blank for each column at least
+    numbers = int(np.count_nonzero(places >= 0))
     table = NumberTable(np.zeros(room, np.int64), np.empty((room, numbers)), np.empty(room, np.int64))
     # Words that the compiled reader leaves to Python: their offset, by row and column; 0 where there is none.
-    odd = np.zeros((room, columns), dtype=np.int64 if len(data) >= 2**31 else np.int32)
-    layout = (columns, ord(separator), _DECIMALS[stamp_unit])
-    rows, bad_line = _scan(data, layout, POWERS_OF_FIVE, table.stamps, table.values, table.lines, odd)
-    cut_off = False
-    try:
-        _read_odd_words(data, odd[:rows], table, separator, stamp_unit)  # of lines before the bad one
-        if bad_line:
-            raise _BadLineError(bad_line)
-    except _BadLineError as bad:
-        cut_off = cut_off_allowed and bad.line == last_line
-        if not cut_off:
-            raise RecordError(
-                f"{path}, line {bad.line}: expected {expected}, found {_line(data, bad.line)!r}{bad.hint}"
-            ) from None
-        rows = int(np.searchsorted(table.lines[:rows], bad.line))
-    return NumberTable(table.stamps[:rows], table.values[:rows], table.lines[:rows], cut_off)
+    odd = np.zeros((room, len(places)), dtype=np.int64 if len(data) >= 2**31 else np.int32)
+    wrong = np.empty(last_line if skip_bad_lines else 1, np.int64)
+    how = (ord(separator), _DECIMALS[stamp_unit], exactly)
+    rows, bad = _scan(data, how, places, POWERS_OF_FIVE, table.stamps, table.values, table.lines, odd, wrong)
+    mistakes = _read_odd_words(data, odd[:rows], places, table, separator, stamp_unit, not skip_bad_lines)
+    lines = np.unique(np.concatenate([wrong[:bad], np.array(list(mistakes), np.int64)]))
+    cut_off = cut_off_allowed and last_line in lines
+    bad_lines = lines[lines != last_line] if cut_off else lines
+    if len(bad_lines) and not skip_bad_lines:
+        first = int(bad_lines[0])
+        raise RecordError(
+            f"{path}, line {first}: expected {expected}, found {_line(data, first)!r}{mistakes.get(first, '')}"
+        )
+    whole = ~np.isin(table.lines[:rows], lines)
+    found = f"{_line(data, int(bad_lines[0]))!r}" if len(bad_lines) else ""
+    if whole.all():
+        return NumberTable(table.stamps[:rows], table.values[:rows], table.lines[:rows], cut_off, bad_lines, found)
+    kept = np.flatnonzero(whole)
+    return NumberTable(table.stamps[kept], table.values[kept], table.lines[kept], cut_off, bad_lines, found)
+
+
+def as_utf8(data: bytes) -> bytes:
+    """Text without a byte order mark, in UTF-8 also where Windows wrote it in UTF-16."""
+    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return data.decode("utf-16", "replace").encode()
+    return data.removeprefix(codecs.BOM_UTF8)
 
 
 def _read_odd_words(
-    data: Bytes, odd: npt.NDArray[np.signedinteger], table: NumberTable, separator: str, unit: StampUnit | None
-) -> None:
-    """Read the words that need a closer look: `nan`, many digits, stamps with an exponent. Raises _BadLineError."""
-    scale = NANOSECONDS if unit == "seconds" else 1
+    data: Bytes,
+    odd: npt.NDArray[np.signedinteger],
+    places: npt.NDArray[np.int64],
+    table: NumberTable,
+    separator: str,
+    unit: StampUnit | None,
+    first_only: bool,
+) -> dict[int, str]:
+    """Read the words that need a closer look: `nan`, many digits, stamps with an exponent.
+
+    Returns the lines in which one is no number, each with a hint; of the first one alone by option.
+    """
+    scale = 10 ** max(_DECIMALS[unit], 0)
+    mistakes: dict[int, str] = {}
     for row, column in np.argwhere(odd):
+        if mistakes and first_only:
+            break
         begin = int(odd[row, column]) - 1
         text = data[begin : begin + 400].tobytes().decode("ascii", "replace").replace(separator, " ")
         word = text.split(maxsplit=1)[0]
         try:
             if "_" in word or len(word) == 400:
                 raise ValueError(word)
-            if unit is not None and column == 0:
+            if places[column] == STAMP:
                 value = Decimal(word)
                 # Looked at before it is made an integer: 1e999999 would have a million digits.
                 in_range = value.is_finite() and value.adjusted() < 20
                 stamp = int((value * scale).to_integral_value()) if in_range else _INT64_MAX + 1
                 if abs(stamp) > _INT64_MAX:
                     hint = "; are these nanoseconds, where seconds belong?" if scale > 1 and value.is_finite() else ""
-                    raise _BadLineError(int(table.lines[row]), hint)
+                    mistakes.setdefault(int(table.lines[row]), hint)
+                    continue
                 table.stamps[row] = stamp
             else:
-                table.values[row, column - (unit is not None)] = float(word)
+                table.values[row, places[column]] = float(word)
         except (ValueError, InvalidOperation):
-            raise _BadLineError(int(table.lines[row])) from None
+            mistakes.setdefault(int(table.lines[row]), "")
+    return mistakes
 
 
 def _line(data: Bytes, number: int) -> str:
@@ -125,16 +161,21 @@ def _line(data: Bytes, number: int) -> str:
 @njit(cache=True)
 def _scan(
     data: Bytes,
-    layout: tuple[int, int, int],
+    how: tuple[int, int, bool],
+    places: npt.NDArray[np.int64],
     powers: npt.NDArray[np.uint64],
     stamps: npt.NDArray[np.int64],
     values: FloatArray,
     lines: npt.NDArray[np.int64],
     odd: npt.NDArray[np.signedinteger],
+    wrong: npt.NDArray[np.int64],
 ) -> tuple[int, int]:
-    """Fills the table. layout: columns, separator, decimals of a stamp (-1: none). Returns rows, and bad line or 0."""
-    columns, separator, decimals = layout
-    stamped = decimals >= 0
+    """Fills the table, and `wrong` with lines that are not as expected until it is full. Returns how many of both.
+
+    how: separator, decimals of a stamp, and whether a line has exactly as many words as there are places.
+    """
+    separator, decimals, exactly = how
+    columns, bad = len(places), 0
     bits = np.zeros(1, dtype=np.uint64)
     number = bits.view(np.float64)
     row, line, at, size = 0, 0, 0, len(data)
@@ -149,34 +190,44 @@ def _scan(
         if data[at] == 10:
             at += 1
             continue
-        lines[row] = line
-        words = 0
-        while at < size and data[at] != 10:
+        words, whole = 0, row < len(lines)
+        while whole and at < size and data[at] != 10:
             begin = at
             while at < size and not (data[at] <= 32 or data[at] == separator):
                 at += 1
-            if at == begin:  # nothing between two commas, or a control character
-                return row, line
-            if words == 0 and stamped:
+            place = places[words] if words < columns else _SKIPPED
+            if at == begin and (place != _SKIPPED or at == size or data[at] != separator):
+                whole = False  # nothing between two commas, or a control character
+                break
+            if place == STAMP:
                 stamps[row], usual = read_scaled_integer(data, begin, at, decimals)
-                if not usual:
-                    odd[row, 0] = begin + 1
-            elif words < columns:
-                if read_double(data, begin, at, powers, bits):
-                    values[row, words - stamped] = number[0]
-                else:
-                    odd[row, words] = begin + 1
+                odd[row, words] = 0 if usual else begin + 1
+            elif place >= 0:
+                usual = read_double(data, begin, at, powers, bits)
+                values[row, place] = number[0]
+                odd[row, words] = 0 if usual else begin + 1
             words += 1
             at = _skip_blanks(data, at)
             if separator != 32 and at < size and data[at] != 10:
                 if data[at] != separator:
-                    return row, line
+                    whole = words > columns
+                    break
                 at = _skip_blanks(data, at + 1)
-        if words < columns or (words > columns and separator == 32):
-            return row, line
-        row += 1
+        if not whole or words < columns or (words > columns and exactly):
+            odd[min(row, len(lines) - 1), :] = 0
+            wrong[bad] = line
+            bad += 1
+            if bad == len(wrong):
+                return row, bad
+            while at < size and data[at] != 10:
+                at += 1
+        else:
+            lines[row] = line
+            row += 1
+            while at < size and data[at] != 10:
+                at += 1
         at += 1
-    return row, 0
+    return row, bad
 
 
 @njit(cache=True)

@@ -22,7 +22,8 @@ from taskslam.record.number_table import read_number_table
 COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 HEADER = f"# {' '.join(COLUMNS)}"
 TUM_LINE = f"eight finite numbers '{' '.join(COLUMNS)}' separated by blanks, with a unit quaternion"
-UNIT_TOLERANCE = 1e-3
+UNIT_TOLERANCE = 2e-2
+"""How far a quaternion's length may be from 1, for every reader: what two decimals leave of it."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def read_spatial_trajectory(path: Path) -> SpatialTrajectory:
 
 
 def unit_quaternions(quaternions: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """(N, 4) quaternions normalised, and a mask of those whose norm is not 1 within 1e-3 (what rounding may do)."""
+    """(N, 4) quaternions normalised, and a mask of those whose norm is not 1 within UNIT_TOLERANCE."""
     norms = np.sqrt(np.einsum("ij,ij->i", quaternions, quaternions))
     bad = ~(np.abs(norms - 1.0) <= UNIT_TOLERANCE)
     return quaternions / np.where(bad, 1.0, norms)[:, None], bad

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from taskslam.task import BUILTIN_PLANNER, Part, Sequence, Task, Waypoint
 
@@ -17,6 +17,7 @@ class WorldSource(Part):
 
     source: the public repository to clone. resource_paths: folders with models, relative to the world file.
     floor_height: z of the floor that the robot drives on, in the world file; the world is lowered by it.
+    exclude: models to leave out, by name: a robot that stands at the start, a door that is to be open.
     lidar_geometry: what LiDAR rays meet, visual meshes (Gazebo's GPU sensor) or collision meshes (its CPU sensor).
     """
 
@@ -25,7 +26,14 @@ class WorldSource(Part):
     source: str = ""
     resource_paths: tuple[str, ...] = ()
     floor_height: Height = 0.0
+    exclude: tuple[str, ...] = ()
     lidar_geometry: Literal["visual", "collision"] = "visual"
+
+    @model_serializer(mode="wrap")
+    def _without_empty_list(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """An empty `exclude` is not written, so that runs of before it was there keep their digest."""
+        content: dict[str, Any] = write(self)
+        return content if self.exclude else {key: value for key, value in content.items() if key != "exclude"}
 
     @model_validator(mode="after")
     def _one_of_two(self) -> WorldSource:

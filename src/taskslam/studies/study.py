@@ -13,8 +13,8 @@ A study is given as files (ground truth and runs), as a folder, or as a YAML fil
       vins: {align: yaw}                       # what the method cannot observe; see `Alignment`
     units: {robot_diameter: 0.30, field_of_view: 70}
 
-A folder holds one folder a sequence (or is one): `groundtruth.*` in it, and runs named METHOD_run0.tum, METHOD_run1.tum
-and so on, or in a folder that bears the method's name.
+A folder holds one folder a sequence (or is one): a ground truth in it, named so, and runs named METHOD_run0.tum,
+METHOD_run1.tum and so on (`run_names.py`), or in a folder that bears the method's name.
 """
 
 from __future__ import annotations
@@ -31,11 +31,12 @@ from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.reading import is_file, is_folder
 from taskslam.studies.replayed_sequences import replayed_sequences
+from taskslam.studies.run_names import Grouping, method_names
 from taskslam.task import Positive, TaskUnits
 from taskslam.user_files import read_model
 
-_RUN_NUMBER = re.compile(r"(?:[_.-]?(?:run|round|trial|loop)[_-]?|[_.-])\d+$|^\d+$", re.IGNORECASE)
 _GROUND_TRUTH = re.compile(r"ground[_-]?truth|gt", re.IGNORECASE)
+_IN_A_NAME = re.compile(r"(?:^|[_.-])(?:ground[_-]?truth|gt)(?:$|[_.-])", re.IGNORECASE)
 _SUFFIXES = {".tum", ".txt", ".csv", ".bag", ".mcap", ".db3"}
 
 
@@ -83,8 +84,12 @@ class Study(_Part):
         return self.methods[method].align if method in self.methods else default
 
 
-def load_study(source: str, runs: Sequence[str] = (), times: str | None = None) -> Study:
+def load_study(
+    source: str, runs: Sequence[str] = (), times: str | None = None, grouping: Grouping = Grouping.BY_NAME
+) -> Study:
     """The study that the command line names: GROUNDTRUTH RUN..., a folder, or a YAML file.
+
+    grouping: which files are runs of one method; a YAML file says that itself.
 
     Raises TrajectoryError: nothing is there, or the YAML file is not valid.
     """
@@ -97,12 +102,11 @@ def load_study(source: str, runs: Sequence[str] = (), times: str | None = None) 
                 f"{source}: one argument alone is a study; expected a folder of sequences, or a YAML file "
                 "(a ground truth is followed by its runs)"
             )
-        return _from_replays(path, times) or _from_folder(path, times)
+        return _from_replays(path, times) or _from_folder(path, times, grouping)
     name = split_topic(source)[0]
     named = name.resolve().parent.name if _GROUND_TRUTH.search(name.stem) else name.stem
-    return Study(
-        sequences={named or "sequence": SequenceRuns(groundtruth=source, runs=_by_method(runs, source), times=times)}
-    )
+    found = _by_method(runs, source, grouping)
+    return Study(sequences={named or "sequence": SequenceRuns(groundtruth=source, runs=found, times=times)})
 
 
 def _from_yaml(path: Path) -> Study:
@@ -144,17 +148,17 @@ def _from_replays(folder: Path, times: str | None) -> Study | None:
     return Study(sequences=sequences) if sequences else None
 
 
-def _from_folder(folder: Path, times: str | None) -> Study:
+def _from_folder(folder: Path, times: str | None, grouping: Grouping) -> Study:
     """Every folder with a ground truth in it, at or below this one."""
     sequences = {}
     for place in (folder, *sorted(path for path in folder.iterdir() if is_folder(path))):
-        truths = [path for path in sorted(place.iterdir()) if _GROUND_TRUTH.fullmatch(path.stem) and _readable(path)]
+        truths = _ground_truths([path for path in sorted(place.iterdir()) if _readable(path)])
         if not truths:
             continue
         files = [str(path) for path in sorted(place.iterdir()) if path not in truths and _readable(path)]
         files += [str(path) for path in sorted(place.iterdir()) if is_folder(path) and not is_bag(path)]
         if files:
-            runs = _by_method(files, str(truths[0]))
+            runs = _by_method(files, str(truths[0]), grouping)
             own = place / "times.txt"
             clock = str(own) if is_file(own) else times
             sequences[place.resolve().name] = SequenceRuns(groundtruth=str(truths[0]), runs=runs, times=clock)
@@ -165,9 +169,17 @@ def _from_folder(folder: Path, times: str | None) -> Study:
     return Study(sequences=sequences)
 
 
-def _by_method(runs: Sequence[str], groundtruth: str) -> dict[str, tuple[str, ...]]:
-    """Runs by the method that their names tell: what stands before the number, else the folder's name."""
+def _ground_truths(files: Sequence[Path]) -> list[Path]:
+    """The files that are called ground truth, or else the only one that has it in its name."""
+    exact = [path for path in files if _GROUND_TRUTH.fullmatch(path.stem)]
+    loose = [path for path in files if _IN_A_NAME.search(path.stem)]
+    return exact or (loose if len(loose) == 1 else [])
+
+
+def _by_method(runs: Sequence[str], groundtruth: str, grouping: Grouping) -> dict[str, tuple[str, ...]]:
+    """Runs by the method that their names tell (`method_names`), else by the folder's name."""
     found: dict[str, list[str]] = {}
+    names = dict(zip(runs, method_names([split_topic(run)[0] for run in runs], grouping), strict=True))
     for run in runs:
         path, topic = split_topic(run)
         if is_folder(path) and not is_bag(path):
@@ -176,8 +188,8 @@ def _by_method(runs: Sequence[str], groundtruth: str) -> dict[str, tuple[str, ..
             found.setdefault(path.resolve().name, []).extend(sorted(inside, key=_natural))
             continue
         same_bag = topic is not None and path == split_topic(groundtruth)[0]
-        name = topic.strip("/") if topic and same_bag else _RUN_NUMBER.sub("", path.stem)
-        if path.name == "estimate.tum":  # a round of a run directory
+        name = topic.strip("/") if topic and same_bag and grouping is not Grouping.ONE_METHOD else names[run]
+        if path.name == "estimate.tum" and grouping is Grouping.BY_NAME:  # a round of a run directory
             name = path.resolve().parent.parent.name
         found.setdefault(name or path.resolve().parent.name, []).append(run)
     return {name: tuple(files) for name, files in found.items() if files}

@@ -29,6 +29,7 @@ class AlignedRun:
     file: str
     notes: tuple[str, ...]
     stamps: npt.NDArray[np.int64]
+    time_offset_s: float = 0.0
 
 
 def common_set(runs: Sequence[AlignedRun], table: npt.NDArray[np.int64]) -> FrameSet:

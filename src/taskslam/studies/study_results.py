@@ -20,7 +20,7 @@ from taskslam.studies.study import StudyUnits
 
 FEW_FRAMES = 0.1  # of all frames that any run of the method has
 
-OPEN_LOOP_FORMAT: Literal["taskslam-open-loop/1"] = "taskslam-open-loop/1"
+OPEN_LOOP_FORMAT: Literal["taskslam-open-loop/2"] = "taskslam-open-loop/2"
 
 
 class _Part(BaseModel):
@@ -50,8 +50,9 @@ class RelativeErrors(_Part):
 class RunResult(_Part):
     """One run against the ground truth, after alignment (scale: of Sim(3), else 1).
 
-    associated: poses that have one of the ground truth; completeness: poses over frames of the sequence; time_covered:
-    from first to last associated pose, as a share of the ground truth's time.
+    associated: poses that have one of the ground truth; completeness: poses over frames of the sequence, or
+    time_covered where there are more poses than frames; time_covered: from first to last associated pose without the
+    gaps between them, as a share of the ground truth's time; time_offset_s: what was added to its stamps.
     """
 
     file: str
@@ -62,8 +63,11 @@ class RunResult(_Part):
     scale: float
     ate_m: ErrorStatistics
     rotation_rad: ErrorStatistics
-    rpe: RelativeErrors | None = None
+    rpe: tuple[RelativeErrors, ...] = ()
     notes: tuple[str, ...] = ()
+    gaps: int = 0
+    longest_gap_s: float = 0.0
+    time_offset_s: float = 0.0
 
 
 class FrameSet(_Part):
@@ -110,7 +114,9 @@ class Ratio(_Part):
 class MethodSummary(_Part):
     """One method on one sequence. common: frames that all runs have; shared: frames that at least two runs have.
 
-    position, orientation: e over E and delta over Delta on `compared_frames`.
+    position, orientation: e over E and delta over Delta on `compared_frames`; interpolated: the runs share no stamps,
+    and are compared at those of the one with fewest poses; diverged: files of runs so far off that they alone decide
+    what is said; without_diverged: the compared frames of the others.
     """
 
     sequence: str
@@ -122,6 +128,9 @@ class MethodSummary(_Part):
     position: Ratio | None
     orientation: Ratio | None
     published: PublishedPrecision | None = None
+    interpolated: bool = False
+    diverged: tuple[str, ...] = ()
+    without_diverged: FrameSet | None = None
 
     @property
     def compared_frames(self) -> FrameSet:
@@ -165,9 +174,12 @@ class Verdict(_Part):
 
 
 class OpenLoopResults(_Part):
-    """The content of open_loop.json. frames: of each sequence; counted: said by the study, not seen in the runs."""
+    """The content of open_loop.json. frames: of each sequence; counted: said by the study, not seen in the runs.
 
-    format: Literal["taskslam-open-loop/1"] = OPEN_LOOP_FORMAT
+    groundtruth_notes: what was left out of a sequence's ground truth, or guessed.
+    """
+
+    format: Literal["taskslam-open-loop/2"] = OPEN_LOOP_FORMAT
     units: StudyUnits
     max_difference_s: float
     frames: dict[str, int]
@@ -175,6 +187,13 @@ class OpenLoopResults(_Part):
     results: tuple[MethodSummary, ...]
     verdict: Verdict
     left_out: tuple[LeftOutRun, ...] = ()
+    groundtruth_notes: dict[str, tuple[str, ...]] = {}
+
+    def is_clean(self) -> bool:
+        """Whether nothing was left out or guessed, and no run diverged."""
+        runs = [run for result in self.results for run in result.runs]
+        odd = any(result.diverged or result.interpolated for result in self.results)
+        return not (self.left_out or self.groundtruth_notes or odd or any(run.notes for run in runs))
 
 
 def write_results(folder: Path, results: OpenLoopResults) -> list[Path]:
@@ -209,12 +228,25 @@ def _sequence_row(result: MethodSummary, units: StudyUnits) -> dict[str, object]
 
 def _run_row(result: MethodSummary, run: RunResult) -> dict[str, object]:
     row: dict[str, object] = {"sequence": result.sequence, "method": result.method, "alignment": result.alignment.value}
-    row |= run.model_dump(include={"file", "poses", "associated", "completeness", "time_covered", "scale"})
+    row |= run.model_dump(
+        include={
+            "file",
+            "poses",
+            "associated",
+            "completeness",
+            "time_covered",
+            "gaps",
+            "longest_gap_s",
+            "time_offset_s",
+            "scale",
+        }
+    )
     row |= {f"ate_{name}_m": value for name, value in run.ate_m.model_dump().items()}
     row |= {f"rotation_{name}_rad": value for name, value in run.rotation_rad.model_dump().items()}
-    if run.rpe is not None:
-        row |= {"rpe_delta": run.rpe.delta, "rpe_pairs": run.rpe.pairs, "rpe_rmse_m": run.rpe.translation_m.rmse,
-                "rpe_rmse_rad": run.rpe.rotation_rad.rmse}  # fmt: skip
+    for each in run.rpe:
+        name = f"rpe_{each.delta.replace(' ', '')}"
+        row |= {f"{name}_pairs": each.pairs, f"{name}_rmse_m": each.translation_m.rmse,
+                f"{name}_rmse_rad": each.rotation_rad.rmse}  # fmt: skip
     return row | {"notes": "; ".join(run.notes)}
 
 

@@ -1,4 +1,4 @@
-"""Floor plans in the files of ROS's map_server: a YAML that names an image (pgm or png).
+"""Floor plans in the files of ROS's map_server: a YAML that names an image (pgm, png, bmp, tiff, jpeg and others).
 
 Meaning of every key and of the three modes: wiki.ros.org/map_server. A pixel's occupancy is p = (255 - v) / 255, or
 v / 255 with `negate`; trinary: occupied above `occupied_thresh`, free below `free_thresh`, unknown between.
@@ -20,11 +20,20 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from taskslam.errors import FloorPlanError
 from taskslam.files import write_whole
 from taskslam.geometry import SE2, FloatArray
-from taskslam.reading import LARGEST_PICTURE, MOST_CELLS, opened_picture, read_bytes
-from taskslam.user_files import read_model
+from taskslam.reading import (
+    LARGEST_PICTURE,
+    LARGEST_WRITTEN_BY_HAND,
+    MOST_CELLS,
+    opened_picture,
+    read_bytes,
+    read_text,
+)
+from taskslam.user_files import check, keys_of, mapping_of
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 from taskslam.world.pgm import read_pgm, write_pgm
 
+_FORMATS = ("PNG", "BMP", "TIFF", "JPEG", "GIF", "WEBP", "PPM")
+_PICTURES = (b"\x89PNG", b"BM", b"II*\0", b"MM\0*", b"\xff\xd8", b"GIF8", b"RIFF", b"P1", b"P3", b"P4", b"P6")
 _GREY_OF = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}  # what map_saver writes
 
 
@@ -32,6 +41,10 @@ def _no_flag(value: object) -> object:
     if isinstance(value, bool):
         raise ValueError("should be a number")
     return value
+
+
+def _lower(value: object) -> object:
+    return value.lower() if isinstance(value, str) else value
 
 
 Number = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_no_flag)]
@@ -48,7 +61,7 @@ class _MapFile(BaseModel):
     negate: bool = False
     occupied_thresh: Probability = 0.65
     free_thresh: Probability = 0.196
-    mode: Literal["trinary", "scale", "raw"] = "trinary"
+    mode: Annotated[Literal["trinary", "scale", "raw"], BeforeValidator(_lower)] = "trinary"
 
     @model_validator(mode="after")
     def _ordered(self) -> _MapFile:
@@ -70,7 +83,10 @@ def load_floor_plan(yaml_path: Path, free_205: bool = False) -> FloorPlan:
         FloorPlanError: a file is missing or broken, a key is missing or out of range; one sentence that says which.
     """
     yaml_path = Path(yaml_path)
-    settings = read_model(yaml_path, _MapFile, "floor plan", FloorPlanError)
+    text = read_text(yaml_path, "floor plan", FloorPlanError, LARGEST_WRITTEN_BY_HAND)
+    # yaml-cpp, with which map_server reads, takes a tab for a blank
+    keys = mapping_of(text.replace("\t", " "), str(yaml_path), FloorPlanError, keys_of(_MapFile))
+    settings = check(_MapFile, keys, str(yaml_path), FloorPlanError)
     image = _read_image(yaml_path, settings.image, average_alpha=settings.mode == "trinary")
     cells = _classify(image.grey, settings)[image.levels]
     if settings.mode == "scale" and image.opaque is not None:
@@ -121,16 +137,16 @@ class _Image:
 
 
 def _read_image(yaml_path: Path, name: str, average_alpha: bool) -> _Image:
-    path = yaml_path.parent / name
+    path = yaml_path.parent / Path(name).expanduser()
     data = read_bytes(path, f"image of {yaml_path}", FloorPlanError, LARGEST_PICTURE)
-    if data.startswith(b"\x89PNG"):
-        return _read_png(data, path, average_alpha)
+    if not data.startswith((b"P2", b"P5")) and data.startswith(_PICTURES):
+        return _read_picture(data, path, average_alpha)
     levels, maximum = read_pgm(data, str(path))
     return _Image(levels, np.arange(maximum + 1, dtype=np.float64) * (255.0 / maximum))
 
 
-def _read_png(data: bytes, path: Path, average_alpha: bool) -> _Image:
-    with opened_picture(data, str(path), FloorPlanError, ("PNG",), MOST_CELLS) as image:
+def _read_picture(data: bytes, path: Path, average_alpha: bool) -> _Image:
+    with opened_picture(data, str(path), FloorPlanError, _FORMATS, MOST_CELLS) as image:
         if image.mode.startswith("I"):
             deep = np.asarray(image).clip(0, 65535).astype(np.uint16)
             return _Image(deep, np.arange(65536, dtype=np.float64) / 257.0)

@@ -23,7 +23,8 @@ def read_pgm(data: bytes, where: str) -> tuple[npt.NDArray[np.uint16], int]:
     """
     magic, at = _token(data, 0, where, "magic number")
     if magic not in (b"P2", b"P5"):
-        raise FloorPlanError(f"{where}: not a grey map: starts with {magic[:8]!r}, expected P2 or P5")
+        expected = "expected a grey map (P2, P5), PNG, BMP or TIFF"
+        raise FloorPlanError(f"{where}: no picture that is read: starts with {magic[:8]!r}, {expected}")
     width, at = _number(data, at, where, "width")
     height, at = _number(data, at, where, "height")
     maximum, at = _number(data, at, where, "maximum grey value")

@@ -6,6 +6,7 @@ The bumper and the sliced floor plan use the same polygons, so that a plan says 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from taskslam.reading import MOST_CELLS
 from taskslam.world.floor_plan import FREE, OCCUPIED, UNKNOWN, FloorPlan
 from taskslam.world.world import TriangleMesh, World
 
+_AROUND = 1.0  # m of floor around a goal outside the walls
 _MARGIN = 2  # cells around the outermost obstacle
 _FARTHEST = 1e15  # cells from the origin, which doubles count exactly
 _MOST_CORNERS = 5  # a triangle cut by two parallel planes
@@ -32,12 +34,14 @@ def slice_floor_plan(
     resolution: float = 0.05,
     seed_point: tuple[float, float] | None = None,
     geometry: Literal["collision", "visual"] = "collision",
+    reach: Sequence[tuple[float, float]] = (),
 ) -> FloorPlan:
     """Draw the floor plan of everything in `world` with low < z < high (m above the world's origin).
 
     A cell is OCCUPIED when any surface in the slab touches it, and else FREE. With `seed_point` (x, y in metres, for
     example the start pose) only cells connected to it (4-neighbours) are FREE; the rest is UNKNOWN: the inside of
-    solid things, and what lies outside the building. The grid is aligned with the world's axes and its origin is a
+    solid things, and what lies outside the building. A point of `reach` (x, y in metres: a goal) that lies outside the
+    walls extends the grid to a metre around it. The grid is aligned with the world's axes and its origin is a
     multiple of `resolution`, so that plans of the same world share cell borders.
 
     Raises:
@@ -51,7 +55,11 @@ def slice_floor_plan(
     points, offsets = slab_polygons(mesh, low, high)
     if len(points) == 0:
         raise FloorPlanError(f"world {world.name}: no {geometry} geometry between {low} m and {high} m above the floor")
-    lowest, highest = np.floor(points.min(axis=0) / resolution), np.floor(points.max(axis=0) / resolution)
+    low_corner, high_corner = points.min(axis=0), points.max(axis=0)
+    for point in np.array(reach, dtype=np.float64).reshape(-1, 2):
+        if (point < low_corner).any() or (point > high_corner).any():
+            low_corner, high_corner = np.minimum(low_corner, point - _AROUND), np.maximum(high_corner, point + _AROUND)
+    lowest, highest = np.floor(low_corner / resolution), np.floor(high_corner / resolution)
     # As doubles, because the corners of a world of any size in cells of any size need not fit into integers.
     columns, rows = (highest - lowest + 2 * _MARGIN + 1).tolist()
     if not (rows * columns <= MOST_CELLS and np.abs([lowest, highest]).max() < _FARTHEST):

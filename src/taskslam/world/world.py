@@ -5,10 +5,13 @@ All coordinates are in the world frame, which is also the floor plan's frame `ma
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
+
+from taskslam.errors import WorldError, did_you_mean
 
 FloatColumns = npt.NDArray[np.float32]
 
@@ -83,6 +86,20 @@ class World:
     background: tuple[float, float, float] = (0.7, 0.7, 0.7)
     warnings: tuple[str, ...] = field(default=())
 
+    def without(self, names: Sequence[str]) -> World:
+        """The same world without some models, by name; raises WorldError for one that it does not have."""
+        for name in names:
+            if name not in self.models:
+                known = ", ".join(sorted(set(self.models))[:10])
+                raise WorldError(
+                    f"World {self.name} has no model '{name}' to exclude; it has {known}."
+                    f"{did_you_mean(name, self.models)}"
+                )
+        if not names:
+            return self
+        gone = [index for index, name in enumerate(self.models) if name in names]
+        return replace(self, visual=_without(self.visual, gone), collision=_without(self.collision, gone))
+
     def lowered(self, height: float) -> World:
         """The same world `height` metres lower: a floor that stood at that height comes to lie at z = 0."""
         if height == 0.0:
@@ -97,6 +114,14 @@ class World:
         """(2, 3) lowest and highest corner over visual and collision vertices, metres."""
         points = np.concatenate([self.visual.vertices, self.collision.vertices])
         return np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+
+
+def _without(mesh: TriangleMesh, owners: list[int]) -> TriangleMesh:
+    kept = np.flatnonzero(~np.isin(mesh.owner, owners))
+    return replace(
+        mesh, triangles=mesh.triangles[kept], material=mesh.material[kept], uv=mesh.uv[kept],
+        normals=mesh.normals[kept], owner=mesh.owner[kept],
+    )  # fmt: skip
 
 
 def _moved(pose: npt.NDArray[np.float64], by: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

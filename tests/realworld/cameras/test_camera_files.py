@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +94,8 @@ def test_a_kalibr_camchain_gives_its_cameras_and_where_they_are(tmp_path: Path) 
         ("638.5", ".nan", "camera_matrix"),
         ("638.5, ", "", "3 x 3 numbers"),
         ("image_width: 648", "image_width: wide", "image_width is 'wide'"),
-        ("plumb_bob", "brown", "expected plumb_bob"),
+        ("image_width: 648\n", "", "image_width is missing"),
+        ("plumb_bob", "omni", "expected one of brown, equi"),
         ("[-0.4222, ", "[", "4 distortion|plumb_bob"),
         ("\nimage_height", "\n\timage_height", "not valid YAML: line 3"),
     ],
@@ -145,3 +147,74 @@ def test_any_value_in_any_place_is_read_or_refused(text: str, data: st.DataObjec
         pass
     finally:
         path.unlink()
+
+
+def test_one_camera_of_a_chain_can_be_read_whatever_the_others_are(tmp_path: Path) -> None:
+    without_place = re.sub(r"  T_cn_cnm1:\n(?:  - .*\n)*", "", CAMCHAIN)
+    for other in (without_place, CAMCHAIN.replace("equidistant", "fov")):
+        assert load_camera(file(tmp_path, other)).K[0, 0] == 458.6
+    omni = CAMCHAIN.replace("camera_model: pinhole", "camera_model: omni", 1)
+    assert load_camera(file(tmp_path, omni), name="cam1").K[0, 0] == 457.6
+    with pytest.raises(CameraError, match="cam0 is 'omni'; expected a pinhole camera"):
+        load_camera(file(tmp_path, omni))
+    with pytest.raises(CameraError, match="T_cn_cnm1 is missing"):
+        load_camchain(file(tmp_path, without_place))
+
+
+def test_a_chain_of_openvins_places_its_cameras_by_the_imu(tmp_path: Path) -> None:
+    chain = yaml.safe_load(CAMCHAIN)
+    T_0_1 = np.array(chain["cam1"].pop("T_cn_cnm1"))
+    T_imu_0 = np.eye(4)
+    T_imu_0[:3, 3] = 1, 2, 3
+    T_imu_1 = T_imu_0 @ np.linalg.inv(T_0_1)
+    chain["cam0"]["T_imu_cam"], chain["cam1"]["T_imu_cam"] = T_imu_0.tolist(), T_imu_1.tolist()
+    read = load_camchain(file(tmp_path, "%YAML:1.0 # need to specify the file type\n" + yaml.safe_dump(chain)))
+    np.testing.assert_allclose(read["cam1"][1], T_0_1, atol=1e-12)
+
+
+OPENCV = """%YAML:1.0
+---
+image_width: 648
+image_height: 488
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 638.5, 0., 323.9, 0., 636.9, 229.7, 0., 0., 1. ]
+distortion_coefficients: !!opencv-matrix
+   rows: 5
+   cols: 1
+   dt: d
+   data: [ -0.4222, 0.2251, 0.0008, 0.0025, 0. ]
+"""
+ECHOED = """header:
+  stamp: {sec: 1, nanosec: 2}
+  frame_id: east
+height: 488
+width: 648
+distortion_model: plumb_bob
+d: [-0.4222, 0.2251, 0.0008, 0.0025, 0.0]
+k: [638.5, 0.0, 323.9, 0.0, 636.9, 229.7, 0.0, 0.0, 1.0]
+r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+p: [564.5, 0.0, 324.9, 0.0, 0.0, 594.2, 229.9, 0.0, 0.0, 0.0, 1.0, 0.0]
+---
+"""
+
+
+@pytest.mark.parametrize("text", [OPENCV, ECHOED, ECHOED * 3, ECHOED.replace("d:", "D:").replace("k:", "K:")])
+def test_what_other_tools_write_is_the_same_camera(tmp_path: Path, text: str) -> None:
+    camera, published = load_camera(file(tmp_path, text)), load_camera(file(tmp_path, PUBLISHED))
+    assert (camera.width, camera.height, camera.model) == (648, 488, published.model)
+    np.testing.assert_array_equal(camera.K, published.K)
+    np.testing.assert_array_equal(camera.distortion, published.distortion)
+    if "p:" in text:
+        rectified = load_camera(file(tmp_path, text), "rectified")
+        np.testing.assert_array_equal(rectified.K, load_camera(file(tmp_path, PUBLISHED), "rectified").K)
+
+
+@pytest.mark.parametrize("coefficients", ["{rows: 1, cols: 0, data: []}", "[]", "", None])
+def test_no_coefficients_are_no_distortion(tmp_path: Path, coefficients: str | None) -> None:
+    lines = [line for line in PUBLISHED.splitlines() if not line.startswith("distortion_coefficients")]
+    if coefficients is not None:
+        lines.append(f"distortion_coefficients: {coefficients}")
+    assert not load_camera(file(tmp_path, "\n".join(lines))).distortion.any()

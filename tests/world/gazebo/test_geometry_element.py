@@ -1,6 +1,9 @@
+import io
 import math
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from taskslam.errors import WorldError
 
@@ -93,9 +96,52 @@ def test_sizes_that_make_no_sense_are_refused(shape, geometry, message):
 
 
 def test_shapes_that_are_not_supported_are_named(site, link):
-    odd = "<visual name='v'><geometry><heightmap><uri>x</uri></heightmap></geometry></visual>"
+    odd = "<visual name='v'><geometry><image><uri>x</uri></image></geometry></visual>"
     world = site.load(f"<model name='m'>{link()}<link name='land'>{odd}</link></model>")
-    assert world.warnings == ("Not supported and left out: 1 kind of element: <heightmap>.",)
+    assert world.warnings == ("Not supported and left out: 1 kind of element: <image>.",)
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_heightmap_is_terrain(site, shape, extent_of, deep):
+    grey = np.zeros((5, 9))
+    grey[0, 8] = 200  # upper right: +x, +y
+    grey[4, 0] = 100
+    buffer = io.BytesIO()
+    Image.fromarray((grey * 257).astype(np.uint16) if deep else grey.astype(np.uint8)).save(buffer, "PNG")
+    site.file("worlds/land.png", buffer.getvalue())
+    place = "<size>8 4 3</size><pos>10 0 1</pos>"
+    world = shape(f"<heightmap><uri>land.png</uri>{place}</heightmap>")
+    assert extent_of(world.collision).tolist() == [6, -2, 1, 14, 2, 4]
+    assert len(world.collision) == 2 * 4 * 8
+    heights = {tuple(np.round(corner[:2], 3).tolist()): corner[2] for corner in world.collision.vertices}
+    assert (heights[14, 2], heights[6, -2], heights[10, 0]) == (4, 2.5, 1)
+    assert world.collision.normals[..., 2].min() > 0
+
+
+def test_heightmap_that_is_no_image_is_left_out(site, link):
+    land = "<geometry><heightmap><uri>land.tif</uri></heightmap></geometry>"
+    body = f"<model name='m'>{link()}<link name='l'><collision name='c'>{land}</collision></link></model>"
+    assert site.load(body).warnings == ("Missing and left out: 1 heightmap: land.tif.",)
+    site.file("worlds/land.tif", b"no image")
+    (warning,) = site.load(body).warnings
+    assert warning.startswith("Damaged and left out: 1 collision. First: Heightmap ")
+
+
+@pytest.mark.parametrize(
+    ("geometry", "box"),
+    [("<sphere/>", [1, 1, 1]), ("<cylinder/>", [1, 1, 0.5]), ("<capsule/>", [0.5, 0.5, 1]), ("<box/>", [0.5] * 3),
+     ("<ellipsoid/>", [1, 1, 1])],
+)  # fmt: skip
+def test_shapes_without_sizes_have_those_of_the_specification(shape, extent_of, geometry, box):
+    world = shape(geometry)
+    assert extent_of(world.visual).tolist() == pytest.approx([*(-side for side in box), *box], abs=1e-3)
+
+
+@pytest.mark.parametrize("geometry", ["", "<box><size>0 0 0</size></box>"])
+def test_geometry_of_nothing_is_named(site, link, geometry):
+    odd = f"<collision name='c'><geometry>{geometry}</geometry></collision>"
+    (warning,) = site.load(f"<model name='m'>{link()}<link name='l'>{odd}</link></model>").warnings
+    assert warning.startswith("Damaged and left out: 1 collision. First: The <geometry> of collision 'c' of link 'l'")
 
 
 def test_mesh_scale_and_mirror_keep_the_outside_outside(site, shape, make_dae, extent_of, volume_of):

@@ -1,8 +1,3 @@
-import pytest
-
-from taskslam.errors import WorldError
-
-
 def test_world_light_with_everything(site, link):
     light = (
         "<light name='lamp' type='spot'><pose>1 2 3 0 0 0</pose>"
@@ -39,6 +34,9 @@ def test_scene_colours(site, link):
     assert world.background == (0.4, 0.5, 0.6)
 
 
-def test_unknown_type_is_told_with_the_known_ones(site, link):
-    with pytest.raises(WorldError, match=r"The type of light 'x' .* is 'laser'; expected directional, point, spot"):
-        site.load(f"<model name='m'>{link()}</model><light name='x' type='laser'/>")
+def test_unknown_type_costs_no_more_than_the_light(site, link):
+    world = site.load(f"<model name='m'>{link()}</model><light name='x' type='laser'/>")
+    assert (len(world.visual), world.lights) == (12, ())
+    (warning,) = world.warnings
+    assert warning.startswith("Damaged and left out: 1 light. First: The type of light 'x' ")
+    assert warning.endswith("is 'laser'; expected directional, point, spot.")

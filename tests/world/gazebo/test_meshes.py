@@ -95,11 +95,11 @@ def test_binary_stl(mesh, extent_of):
     assert extent_of(world.visual).tolist() == [0, 0, 0, 1, 2, 0]
 
 
-def test_gltf_is_turned_from_y_up_to_z_up(mesh, extent_of):
+def test_gltf_is_taken_as_it_stands_as_gazebo_takes_it(mesh, extent_of):
     box = trimesh.creation.box(extents=(1, 4, 2))
     box.apply_translation((0, 2, 0))
     world = mesh("a.glb", trimesh.Scene(box).export(file_type="glb"))
-    assert extent_of(world.visual).tolist() == [-0.5, -1, 0, 0.5, 1, 4]
+    assert extent_of(world.visual).tolist() == [-0.5, 0, -1, 0.5, 4, 1]
 
 
 @pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.glb", "a.gltf"])

@@ -55,34 +55,60 @@ def test_models_in_models_belong_to_the_outermost(site, link, extent_of):
     assert extent_of(world.visual).tolist() == [3.5, 4.5, 5.5, 4.5, 5.5, 6.5]
 
 
-def test_newest_sdf_not_above_1_11_is_taken(site, link, extent_of):
-    config = "".join(f"<sdf version='{v}'>v{v}.sdf</sdf>" for v in ("1.4", "1.10", "1.9", "1.12"))
+def test_newest_known_sdf_is_taken(site, link, extent_of):
+    config = "".join(f"<sdf version='{v}'>v{v}.sdf</sdf>" for v in ("1.4", "1.12", "1.9", "1.13"))
     folder = site.model("crate", "", config=config)
-    for version, side in (("1.4", 4), ("1.9", 9), ("1.10", 10), ("1.12", 12)):
+    for version, side in (("1.4", 4), ("1.9", 9), ("1.12", 10), ("1.13", 12)):
         body = link(size=(side, 1, 1))
         (folder / f"v{version}.sdf").write_text(f"<sdf version='{version}'><model name='m'>{body}</model></sdf>")
     assert extent_of(site.load(include("model://crate")).visual)[3] == 5.0
 
 
-def test_model_with_only_a_newer_sdf_is_refused(site):
-    site.model("crate", "", config="<sdf version='1.12'>model.sdf</sdf>")
-    with pytest.raises(WorldError, match=r"model\.config lists no SDF that is 1\.11 or older"):
-        site.load(include("model://crate"))
+def test_model_with_only_a_newer_sdf_is_tried(site, link):
+    site.model("crate", link(), version="1.14")
+    world = site.load(include("model://crate"))
+    assert len(world.visual) == 12
+    assert world.warnings == ("model.sdf is SDF version '1.14': read as 1.12, the newest that is known.",)
 
 
 def test_missing_models_are_counted_and_named_in_one_warning(site, link):
     site.model("crate", link())
     body = (
-        include("model://crate") + include("model://sofa") * 2 + include("https://fuel.example/1.0/someone/models/Bed")
+        include("model://crate")
+        + include("model://sofa") * 2
+        + include("https://fuel.example/1.0/someone/models/Bed/2")
     )
     world = site.load(body)
-    assert world.warnings == ("Missing and left out: 2 models (3 instances): Bed, sofa.",)
+    assert world.warnings == (
+        "Missing and left out: 2 models (3 instances): Bed, sofa.",
+        "To get Bed: gz fuel download -u 'https://fuel.example/1.0/someone/models/Bed/2'",
+    )
     assert world.models == ("crate",)
 
 
 def test_downloaded_fuel_model_is_found_by_its_name(site, link):
     site.model("Bed", link())
     assert site.load(include("https://fuel.example/1.0/someone/models/Bed")).models == ("Bed",)
+
+
+@pytest.mark.parametrize("name", ["Ground Plane", "Sun", "Ground%20Plane/3"])
+def test_stock_models_are_known_by_their_fuel_names(site, link, name):
+    world = site.load(
+        f"<model name='m'>{link()}</model>" + include(f"https://fuel.gazebosim.org/1.0/OpenRobotics/models/{name}")
+    )
+    assert world.warnings == ()
+    assert len(world.lights) + len(world.models) == 2
+
+
+@pytest.mark.parametrize(("asked", "size"), [("Some Shelf", 3), ("Some%20Shelf/1", 1), ("Some Shelf/tip", 3)])
+def test_fuel_cache_has_the_version_that_is_asked_for_or_the_newest(site, link, extent_of, monkeypatch, asked, size):
+    for version in (1, 3):
+        body = f"<sdf version='1.7'><model name='s'>{link(size=(version, 1, 1))}</model></sdf>"
+        site.file(f"cache/fuel.gazebosim.org/owner/models/some shelf/{version}/model.sdf", body)
+    monkeypatch.setenv("GZ_FUEL_CACHE_PATH", str(site.root / "cache"))
+    world = site.load(include(f"https://fuel.gazebosim.org/1.0/Owner/models/{asked}"))
+    assert world.warnings == ()
+    assert extent_of(world.visual)[3] == size / 2
 
 
 def test_world_without_any_model_says_what_is_missing(site):

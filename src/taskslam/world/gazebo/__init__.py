@@ -1,4 +1,4 @@
-"""Import of Gazebo worlds: SDF 1.4 to 1.11 with models, meshes, materials and lights.
+"""Import of Gazebo worlds: SDF 1.3 to 1.12 with models, meshes, materials and lights.
 
 `importer.import_sdf` is the way in; `taskslam.world.loading.load_world` calls it and caches what it gives.
 """

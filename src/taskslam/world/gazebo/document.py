@@ -14,28 +14,68 @@ from defusedxml import ElementTree as SafeXml
 
 from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray, pose_from_xyz_rpy
+from taskslam.world.gazebo.left_out import LeftOut
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-_STRAY_AMPERSAND = re.compile(rb"&(?!#?\w+;)")
+_STRAY_AMPERSAND = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+_COMMENT = re.compile(rb"(<!\[CDATA\[.*?\]\]>)|<!--.*?-->", re.DOTALL)
+_TWO_COLONS = re.compile(rb"(</?[A-Za-z_][\w.-]*)::(?=[\w.-])")
+_PREFIX = re.compile(rb"(?:</?|\s)([A-Za-z_][\w.-]*):[\w.-]+(?=[\s=/>])")
+_FIRST_TAG = re.compile(rb"<[A-Za-z_][\w.:-]*")
+_PLACE = re.compile(r": line (\d+), column \d+$")
+_XACRO = "ros.org/wiki/xacro}"
 
 Rgba = tuple[float, float, float, float]
-OLDEST_SDF, NEWEST_SDF = (1, 4), (1, 11)
+OLDEST_SDF, NEWEST_SDF = (1, 3), (1, 12)
+SDF_VERSIONS = "1.3 to 1.12"
+
+
+def lenient_xml(data: bytes) -> bytes:
+    """The same document as a strict parser reads it too, line by line: what TinyXML2, which Gazebo uses, lets pass.
+
+    Blanks before the declaration, `--` in comments (all comments go), bare `&`, bytes that are not UTF-8 (taken for
+    Latin-1), prefixes that no one declares, names such as `gz::system_priority`.
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):  # UTF-16 says so itself, and is well-formed or not
+        return data
+    declared = re.match(rb"\s*<\?xml[^>]*?encoding\s*=\s*[\"']([\w.-]+)", data.removeprefix(b"\xef\xbb\xbf"))
+    if declared is None or declared[1].lower() in (b"utf-8", b"utf8"):
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError:
+            data = data.decode("latin-1").encode("utf-8")
+    data = data.removeprefix(b"\xef\xbb\xbf").lstrip()
+    data = _COMMENT.sub(lambda found: found[1] or b"\n" * found[0].count(b"\n"), data)
+    data = _STRAY_AMPERSAND.sub(b"&amp;", data)
+    while b"::" in data and (joined := _TWO_COLONS.sub(rb"\1..", data)) != data:
+        data = joined
+    wanted = {prefix for prefix in _PREFIX.findall(data) if prefix not in (b"xml", b"xmlns")}
+    unknown = [prefix for prefix in sorted(wanted) if b"xmlns:" + prefix not in data]
+    declarations = b"".join(b' xmlns:%b="%b"' % (prefix, prefix) for prefix in unknown)
+    return _FIRST_TAG.sub(lambda found: found[0] + declarations, data, count=1) if unknown else data
 
 
 def parse_xml(data: bytes, path: Path) -> Element:
-    """Root element of an XML document.
+    """Root element of an XML document, read as `lenient_xml` says.
 
     Raises WorldError for malformed XML and for entities or external references, which no world needs and which are
-    the means of entity bombs. A bare `&`, which published models hold and Gazebo's parser lets pass, is taken as text.
+    the means of entity bombs.
     """
+    blank_lines = data[: len(data) - len(data.lstrip())].count(b"\n")
     try:
-        root: Element = SafeXml.fromstring(_STRAY_AMPERSAND.sub(b"&amp;", data))
+        root: Element = SafeXml.fromstring(lenient_xml(data))
     except DefusedXmlException as error:
         raise WorldError(f"{path} declares XML entities ({type(error).__name__}); a world must not.") from error
     except (SafeXml.ParseError, ValueError, LookupError) as error:
-        raise WorldError(f"{path} is not well-formed XML: {error}.") from error
+        place = _PLACE.search(str(error))
+        if place is None:
+            raise WorldError(f"{path} is not well-formed XML: {error}.") from error
+        line, why = int(place[1]) + blank_lines, str(error)[: place.start()]
+        if why == "duplicate attribute":
+            why = "an element has the same attribute twice, which Gazebo refuses too"
+        raise WorldError(f"{path} is not well-formed XML: line {line}: {why}.") from error
     return root
 
 
@@ -47,15 +87,38 @@ def parse_version(text: str | None) -> tuple[int, int] | None:
     return int(parts[0]), int(parts[1])
 
 
-def parse_sdf(data: bytes, path: Path) -> Element:
-    """Root `<sdf>` element; raises WorldError unless it is SDF 1.4 to 1.11."""
+def parse_sdf(data: bytes, path: Path, left_out: LeftOut) -> Element:
+    """Root `<sdf>` element of SDF 1.3 or newer; what is newer than 1.12 is tried, with a note.
+
+    Raises WorldError for another kind of file, an older one, and for macros that nobody has expanded.
+    """
     root = parse_xml(data, path)
+    if any(_XACRO in element.tag for element in root.iter()):
+        raise WorldError(f"{path} holds xacro macros: expand them first, xacro {path.name} > {path.stem}.expanded.sdf")
+    if root.tag == "robot":
+        raise WorldError(f"{path} is a URDF: convert it first, gz sdf -p {path.name} > {path.stem}.sdf")
     if root.tag != "sdf":
         raise WorldError(f"{path} is not SDF: its root is <{root.tag}>, expected <sdf>.")
-    version = parse_version(root.get("version"))
-    if version is None or not OLDEST_SDF <= version <= NEWEST_SDF:
-        raise WorldError(f"{path} is SDF version {root.get('version')!r}; versions 1.4 to 1.11 can be read.")
+    text = root.get("version")
+    version = parse_version(text)
+    if version is not None and version < OLDEST_SDF:
+        raise WorldError(f"{path} is SDF version {text!r}; expected {SDF_VERSIONS}.")
+    if version is None or version > NEWEST_SDF:
+        left_out.note(f"{path.name} is SDF version {text!r}: read as 1.12, the newest that is known.")
+    _complete_positions(root, path, left_out)
     return root
+
+
+def _complete_positions(root: Element, path: Path, left_out: LeftOut) -> None:
+    """Poses of three numbers are positions without a rotation, as gazebo-classic reads them."""
+    short = [pose for pose in root.iter("pose") if len((pose.text or "").split()) == 3]
+    for pose in short:
+        pose.text = f"{pose.text} 0 0 0"
+    if short:
+        left_out.note(
+            f"{len(short)} of the poses in {path.name} have three numbers and are read as positions without a rotation"
+            f" (first: {' '.join((short[0].text or '').split()[:3])})."
+        )
 
 
 def text_of(element: Element, tag: str, default: str = "") -> str:

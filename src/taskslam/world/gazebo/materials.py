@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from taskslam.world.gazebo.document import colour, text_of, vector
+from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.ogre_scripts import OgreMaterial, parse_material_script
 from taskslam.world.gazebo.resources import Resources
 from taskslam.world.gazebo.stock_materials import stock_material
@@ -43,7 +44,7 @@ class MaterialReader:
 
     resources: Resources
     textures: TextureStore
-    missing: dict[str, int] = field(default_factory=dict)
+    left_out: LeftOut
     _scripts: dict[Path, dict[str, tuple[OgreMaterial, Path]]] = field(default_factory=dict)
 
     def read(self, visual: Element, folder: Path, where: str) -> Look | None:
@@ -64,7 +65,7 @@ class MaterialReader:
             if look is not None:
                 return self._faded(look, visual, where)
         if missing:
-            self.missing[missing] = self.missing.get(missing, 0) + 1
+            self.left_out.missing("material", missing)
         return None
 
     def _faded(self, look: Look, visual: Element, where: str) -> Look:

@@ -1,4 +1,9 @@
-"""Mesh files of any supported format as surfaces in metres, z up; each file is read once."""
+"""Mesh files of any supported format as surfaces in metres; each file is read once.
+
+Coordinates are taken as they stand, as Gazebo takes them. That goes for glTF too, which is y-up by its specification:
+gz-common's AssimpLoader keeps the transforms of the file's own nodes and adds none (graphics/src/AssimpLoader.cc,
+`UpdatedRootNodeTransform`; its test LoadGLTF2Triangle expects a file's vertices unchanged).
+"""
 
 from __future__ import annotations
 
@@ -13,22 +18,21 @@ from PIL import Image
 
 from taskslam.errors import WorldError
 from taskslam.world.gazebo.collada import read_collada
+from taskslam.world.gazebo.left_out import LeftOut
+from taskslam.world.gazebo.mesh_content import declared_triangles, refuse_unknown_extensions, with_ears_clipped
 from taskslam.world.gazebo.resources import Resources
 from taskslam.world.gazebo.surfaces import DEFAULT_MATERIAL, Surface, check_surface
 from taskslam.world.gazebo.textures import TextureStore
 from taskslam.world.world import Material
 
 _BY_TRIMESH = (".obj", ".stl", ".gltf", ".glb")
-# glTF is y-up by its specification (glTF 2.0, 3.4); OBJ and STL name no axis and are taken as they are.
-_GLTF_TO_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 class MeshLibrary:
     """Loads mesh files, checks them and remembers them."""
 
-    def __init__(self, resources: Resources, textures: TextureStore) -> None:
-        self._resources = resources
-        self._textures = textures
+    def __init__(self, resources: Resources, textures: TextureStore, left_out: LeftOut) -> None:
+        self._resources, self._textures, self._left_out = resources, textures, left_out
         self._meshes: dict[Path, list[Surface]] = {}
 
     def load(self, path: Path) -> list[Surface]:
@@ -40,9 +44,12 @@ class MeshLibrary:
             data = self._resources.read(path)
             suffix = path.suffix.lower()
             if suffix == ".dae":
-                surfaces = read_collada(data, path, self._textures)
+                surfaces = read_collada(data, path, self._textures, self._left_out)
             elif suffix in _BY_TRIMESH:
                 surfaces = _read_by_trimesh(data, path, self._resources, self._textures)
+                lost = declared_triangles(data, suffix) - sum(len(surface.triangles) for surface in surfaces)
+                if lost > 0:
+                    self._left_out.damaged("part of a mesh", f"{lost} triangles of {path.name}")
             else:
                 raise WorldError(f"Mesh {path} has an unknown format; expected .dae, .obj, .stl, .gltf or .glb.")
             self._meshes[path] = [check_surface(surface, str(path)) for surface in surfaces]
@@ -75,7 +82,7 @@ class _Resolver(trimesh.resolvers.Resolver):  # type: ignore[misc]
         path = self._resources.find_texture(name, self._folder)
         if path is None:
             if Path(name).suffix.lower() not in (".mtl", ".bin"):
-                self._textures.missing[Path(name).name] = None
+                self._textures.missing(Path(name).name)
             raise FileNotFoundError(name)
         return self._resources.read(path)
 
@@ -90,22 +97,24 @@ class _Resolver(trimesh.resolvers.Resolver):  # type: ignore[misc]
 
 
 def _read_by_trimesh(data: bytes, path: Path, resources: Resources, textures: TextureStore) -> list[Surface]:
+    suffix = path.suffix.lower()
     try:
+        if suffix in (".gltf", ".glb"):
+            refuse_unknown_extensions(data)
         scene = trimesh.load_scene(
-            io.BytesIO(data),
-            file_type=path.suffix[1:].lower(),
+            io.BytesIO(with_ears_clipped(data) if suffix == ".obj" else data),
+            file_type=suffix[1:],
             resolver=_Resolver(resources, path.parent, textures),
             process=False,
-            **({"split_objects": True} if path.suffix.lower() == ".obj" else {}),
+            **({"split_objects": True} if suffix == ".obj" else {}),
         )
-        turn = _GLTF_TO_Z_UP if path.suffix.lower() in (".gltf", ".glb") else np.eye(4)
         surfaces = []
         for node in scene.graph.nodes_geometry:
             T, name = scene.graph[node]
             mesh = scene.geometry[name]
             if isinstance(mesh, trimesh.Trimesh):
                 names = dict.fromkeys((str(node), str(name), str(mesh.metadata.get("name", name))))
-                surfaces.append(_surface(mesh, "\n".join(names), path, textures).transformed(turn @ np.asarray(T)))
+                surfaces.append(_surface(mesh, "\n".join(names), path, textures).transformed(np.asarray(T)))
     except WorldError:
         raise
     except Exception as error:  # trimesh raises whatever its parsers meet in a damaged file
@@ -145,7 +154,7 @@ def _material(mesh: Any, path: Path, textures: TextureStore) -> Material:
             image.save(buffer, format="PNG")
             texture = textures.decoded(buffer.getvalue())
         except (OSError, ValueError, SyntaxError):
-            textures.damaged[f"texture of {path.name}"] = None
+            textures.damaged(f"texture of {path.name}")
         rgba[:3] = 1.0 if texture is not None and path.suffix.lower() == ".obj" else rgba[:3]
     r, g, b, a = (float(v) for v in np.clip(rgba, 0.0, 1.0))
     return Material(f"{path.stem}/{getattr(look, 'name', None) or 'material'}", (r, g, b, a), texture)

@@ -57,6 +57,23 @@ def plane(normal: FloatArray, width: float, height: float) -> list[Surface]:
     return [rectangle(np.zeros(3), x_axis * width / 2.0, np.cross(n, x_axis) * height / 2.0)]
 
 
+def terrain(grey: FloatArray, size: list[float], position: FloatArray) -> Surface:
+    """Heightmap about a position: (H, W) grey in 0..1, row 0 at +y; black lies at z = 0 and the lightest at size z.
+
+    As Gazebo has it: heights are scaled by size z over the image's own maximum (gz-common's MaxElevation;
+    gazebo-classic's HeightmapShape). Raises WorldError for an image of fewer than 2 x 2 pixels.
+    """
+    rows, columns = grey.shape
+    if rows < 2 or columns < 2:
+        raise WorldError(f"A <heightmap> of {columns} x {rows} pixels; expected 2 x 2 at least.")
+    top = float(grey.max())
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows))
+    z = grey[::-1] * (abs(size[2]) / top if top > 0.0 else abs(size[2]))
+    points = np.stack([(u - 0.5) * size[0], (v - 0.5) * size[1], z], axis=-1) + position
+    uv = np.stack([u, v], axis=-1)
+    return _quad_grid(points, uv, uv * np.array(size[:2]), None)
+
+
 def ellipsoid(rx: float, ry: float, rz: float) -> list[Surface]:
     """Ellipsoid (or sphere) of the given half-axes about the origin."""
     return [_lathe(np.linspace(-math.pi / 2, math.pi / 2, _RINGS + 1), (rx, ry, rz), 0.0)]

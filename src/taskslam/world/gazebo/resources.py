@@ -17,6 +17,7 @@ from taskslam.errors import WorldError
 from taskslam.reading import LARGEST_WORLD_FILE, MOST_ENTRIES, open_file
 from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
 
+FUEL_VARIABLES = ("GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH")
 PATH_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
 
 
@@ -91,14 +92,14 @@ class Resources:
         """The file or folder that a URI means, or None if there is none.
 
         `model://` and `package://` are searched in the roots; `file://` and plain paths beside the referring file
-        (in `folder`) and then in the roots; web addresses by their last part in the roots (a model that was
-        downloaded by hand). Raises WorldError if the path leaves the folder that it is relative to.
+        (in `folder`) and then in the roots; web addresses in the Fuel caches, and by the model's name in the roots (one
+        that was downloaded by hand). Raises WorldError if the path leaves the folder that it is relative to.
         """
         uri = uri.strip()
         scheme, separator, rest = uri.partition("://")
         path = unquote(rest if separator else uri).replace("\\", "/")
         if separator and scheme not in ("model", "package", "file"):
-            return self._first(root / Path(path).name for root in self.roots) if Path(path).name else None
+            return self._from_fuel(fuel_name(uri)) if fuel_name(uri).name else None
         if Path(path).is_absolute():
             return self._first([Path(os.path.normpath(path))])
         if scheme in ("model", "package") and separator:
@@ -133,20 +134,19 @@ class Resources:
         return self._first((c for c in candidates if c is not None), files_only=True)
 
     def model_sdf(self, folder: Path) -> Path | None:
-        """The SDF file of a model folder: the newest that `model.config` lists and that is not above SDF 1.11."""
+        """The SDF file of a model folder: the newest version in `model.config` that is known, else the oldest."""
         for config in (folder / "model.config", folder / "manifest.xml"):
             if self.exists(config):
                 listed = [
                     (parse_version(sdf.get("version")) or (0, 0), (sdf.text or "").strip())
                     for sdf in parse_xml(self.read(config), config).iter("sdf")
                 ]
-                usable = [(version, name) for version, name in listed if version <= NEWEST_SDF and name]
-                for _, name in sorted(usable, key=lambda entry: entry[0], reverse=True):
+                known = sorted((entry for entry in listed if entry[0] <= NEWEST_SDF), reverse=True)
+                newer = sorted(entry for entry in listed if entry[0] > NEWEST_SDF)
+                for _, name in known + newer:
                     _refuse_escape(name, name, str(config))
-                    if self.exists(folder / name):
+                    if name and self.exists(folder / name):
                         return folder / name
-                if listed and not usable:
-                    raise WorldError(f"{config} lists no SDF that is 1.11 or older, the newest that can be read.")
         return self._first([folder / "model.sdf"])
 
     def exists(self, path: Path) -> bool:
@@ -155,6 +155,21 @@ class Resources:
         if not found:
             self._absent.add(str(path))
         return found
+
+    def _from_fuel(self, model: FuelName) -> Path | None:
+        """A model's folder, or a file in it: in a cache as SERVER/owner/models/name/VERSION, or by its name."""
+        caches = [*self.roots, *(root / "fuel" for root in self.roots), *_fuel_caches()] if model.server else []
+        places: list[Path] = []
+        for cache in caches:
+            folder = cache / model.server / model.owner.lower() / model.kind / model.name.lower()
+            if model.version:
+                places.append(folder / model.version)
+            elif self.exists(folder) and folder.is_dir():
+                versions = sorted((int(path.name) for path in folder.iterdir() if path.name.isdecimal()), reverse=True)
+                self.exists(folder / str(versions[0] + 1 if versions else 1))  # so that a newer one is noticed
+                places += [folder / str(version) for version in versions]
+        places += [root / model.name for root in self.roots]
+        return self._first(place / model.file if model.file else place for place in places)
 
     def _model_places(self, path: str) -> Iterator[Path]:
         name, _, rest = path.partition("/")
@@ -168,6 +183,41 @@ class Resources:
             if self.exists(candidate) and not (files_only and candidate.is_dir()):
                 return candidate
         return None
+
+
+@dataclass(frozen=True)
+class FuelName:
+    """What an address on a Fuel server says: server/1.0/owner/models/name[/version[/files/file]].
+
+    kind: `models` or `worlds`. Of any other address only `name` is there, its last part.
+    """
+
+    name: str
+    server: str = ""
+    owner: str = ""
+    kind: str = ""
+    version: str = ""
+    file: str = ""
+
+
+def fuel_name(uri: str) -> FuelName:
+    """The parts of a web address; see `FuelName`."""
+    server, *parts = unquote(uri.partition("://")[2]).rstrip("/").split("/")
+    safe = all(part not in ("", ".", "..") for part in parts)
+    kind = next((at for at, part in enumerate(parts) if part in ("models", "worlds") and 0 < at < len(parts) - 1), 0)
+    if not kind or not safe:
+        return FuelName(parts[-1] if parts and safe else "")
+    name, *rest = parts[kind + 1 :]
+    version = rest[0] if rest and rest[0].isdecimal() else ""
+    file = "/".join(rest[rest.index("files") + 1 :]) if "files" in rest else ""
+    return FuelName(name, server, parts[kind - 1], parts[kind], version, file)
+
+
+def _fuel_caches() -> list[Path]:
+    """Where gz and its elder brother keep what they downloaded."""
+    named = [os.environ[name] for name in FUEL_VARIABLES if os.environ.get(name)]
+    home = Path.home()
+    return [*map(Path, named), home / ".gz" / "fuel", home / ".ignition" / "fuel"]
 
 
 def list_scripts(folder: Path) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from taskslam.errors import WorldError
+from taskslam.errors import WorldError, WorldTooLargeError
 from taskslam.geometry import FloatArray
 from taskslam.reading import MOST_TRIANGLES
 from taskslam.world.world import Material, TriangleMesh
@@ -111,7 +111,7 @@ class MeshBuilder:
     def add(self, surface: Surface, owner: int) -> None:
         """Add a checked surface that belongs to model `owner`; triangles without area in float32 are dropped.
 
-        Raises WorldError where they become too many.
+        Raises WorldTooLargeError where they become too many.
         """
         corners = surface.vertices.astype(np.float32)[surface.triangles].astype(np.float64)
         keep = np.any(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) != 0.0, axis=1)
@@ -120,7 +120,9 @@ class MeshBuilder:
             surface = replace(surface, triangles=surface.triangles[keep], uv=surface.uv[keep], normals=normals)
         self._count += len(surface.triangles)
         if self._count > MOST_TRIANGLES:
-            raise WorldError(f"The world comes to more than {MOST_TRIANGLES} triangles; expected coarser models.")
+            raise WorldTooLargeError(
+                f"The world comes to more than {MOST_TRIANGLES} triangles; expected coarser models."
+            )
         if len(surface.triangles):
             self._parts.append((surface, self.table.index(surface.material), owner))
 
