@@ -87,7 +87,7 @@ def check(
     """Run the conformance suite against a method; exit status 1 if a check fails.
 
     Example:
-        taskslam methods check karto --option resolution=0.02
+        taskslam methods check karto --option correlation_search_space_resolution=0.02
     """
     from rich.text import Text
 

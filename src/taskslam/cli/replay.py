@@ -19,7 +19,7 @@ def replay(
     rounds: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 1,
     mode: Annotated[Mode, typer.Option(help="With map: a priming round first.")] = Mode.WITHOUT_MAP,
     option: Annotated[
-        list[str] | None, typer.Option("--option", help="An option of the method: loop_closing=false.")
+        list[str] | None, typer.Option("--option", help="An option of the method: do_loop_closing=false.")
     ] = None,
     latency: Annotated[LatencyChoice, typer.Option(help="Of the method's estimates.")] = LatencyChoice.FIXED,
     cpu_scale: Annotated[float, typer.Option(help="Times slower than this machine, for measured latency.")] = 1.0,

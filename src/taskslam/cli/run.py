@@ -46,7 +46,7 @@ def run(
         list[str] | None, typer.Option("--set", help="Override a scenario key: protocol.pause=2; may be repeated.")
     ] = None,
     option: Annotated[
-        list[str] | None, typer.Option("--option", help="An option of the method: loop_closing=false.")
+        list[str] | None, typer.Option("--option", help="An option of the method: do_loop_closing=false.")
     ] = None,
     sealed: Annotated[
         bool, typer.Option("--sealed", help="Noise that a method cannot guess; run.json then says how to repeat it.")

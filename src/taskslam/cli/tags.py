@@ -53,7 +53,7 @@ def make(
     A bundle that is wider than the paper comes as one page per tag and a plan.
 
     Examples:
-    `taskslam tags make 7 --kind plate --size 190 --paper A3 --plate 280x280`
+    `taskslam tags make 7 --kind plate --size 170 --paper A3 --plate 280x280`
 
     `taskslam tags make 20-23 --kind bundle --size 150 --spacing 600`
     """
