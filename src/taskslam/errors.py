@@ -20,8 +20,16 @@ class WorldError(InputError):
     """A world, model, mesh or texture cannot be used."""
 
 
-class WorldTooLargeError(WorldError):
-    """A world comes to more than may be held: never a part that could be left out."""
+class WholeWorldError(WorldError):
+    """What is wrong is no part's own, which could be left out: the world is refused."""
+
+
+class WorldTooLargeError(WholeWorldError):
+    """A world comes to more than may be held."""
+
+
+class LeavesFolderError(WholeWorldError):
+    """A world names a file outside the folders that it was given."""
 
 
 class FloorPlanError(InputError):

@@ -114,13 +114,10 @@ def test_an_entity_bomb_is_refused(taskslam: Run, write_tour: Callable[..., Path
     refused(taskslam("run", write_tour(prolog=bomb, more="<!-- -->"), "-m", "karto"), "room.world")
 
 
-def test_a_model_outside_its_folder_is_left_out(taskslam: Run, write_tour: Callable[..., Path], tmp_path: Path) -> None:
-    write_tour(more="<include><uri>model://../../etc/passwd</uri></include>")
-    done = taskslam("worlds", "show", tmp_path / "room.world")
-    assert done.returncode == 0, done.stderr
-    told = " ".join(done.stdout.split())
-    assert "Damaged and left out: 1 model. First: 'model://../../etc/passwd'" in told
-    assert "leads out of its folder" in told
+def test_a_model_outside_its_folder_is_refused(taskslam: Run, write_tour: Callable[..., Path]) -> None:
+    """That is no slip which costs a part: whoever wrote it wants a file that is not theirs."""
+    more = "<include><uri>model://../../etc/passwd</uri></include>"
+    refused(taskslam("run", write_tour(more=more), "-m", "karto"), "../../etc/passwd")
 
 
 def test_a_mesh_with_nan_vertices_is_named(taskslam: Run, write_tour: Callable[..., Path], tmp_path: Path) -> None:
@@ -130,7 +127,8 @@ def test_a_mesh_with_nan_vertices_is_named(taskslam: Run, write_tour: Callable[.
     write_tour(more=more)
     done = taskslam("worlds", "show", tmp_path / "room.world")
     assert done.returncode == 0, done.stderr
-    assert "broken.obj has NaN or infinite vertices in 1 of 1 triangles" in " ".join(done.stdout.split())
+    told = "".join(done.stdout.split())  # a terminal breaks lines where it will
+    assert "broken.objhasNaNorinfiniteverticesin1of1triangles" in told
 
 
 def test_a_floor_plan_of_another_place_is_refused(taskslam: Run, write_tour: Callable[..., Path], data: Path) -> None:

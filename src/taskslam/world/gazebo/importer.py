@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from taskslam.errors import WorldError, WorldTooLargeError
+from taskslam.errors import WholeWorldError, WorldError
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.world.gazebo.document import Rgba, colour, named, parse_sdf, read_pose
 from taskslam.world.gazebo.frames import Scope
@@ -165,7 +165,7 @@ class _Importer:
         """What is wrong inside costs no more than this part, which is noted."""
         try:
             yield
-        except WorldTooLargeError:
+        except WholeWorldError:
             raise
         except WorldError as error:
             self.left_out.part(noun, error)

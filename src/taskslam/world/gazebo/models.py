@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from taskslam.errors import WorldError, WorldTooLargeError
+from taskslam.errors import WholeWorldError, WorldError, WorldTooLargeError
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.world.gazebo.document import named, parse_sdf, read_pose, text_of, vector
 from taskslam.world.gazebo.frames import Scope
@@ -88,7 +88,7 @@ class Expander:
                 else:
                     self._pass_over(child)
                     continue
-            except WorldTooLargeError:
+            except WholeWorldError:
                 raise
             except WorldError as error:
                 self.left_out.part("model", error)

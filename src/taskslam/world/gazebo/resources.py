@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
 
-from taskslam.errors import WorldError
+from taskslam.errors import LeavesFolderError, WorldError
 from taskslam.reading import LARGEST_WORLD_FILE, MOST_ENTRIES, open_file
 from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
 
@@ -107,7 +107,7 @@ class Resources:
             return self._first(self._model_places(path))
         beside = Path(os.path.normpath(folder / path))
         if not any(beside.is_relative_to(root) for root in (folder.parent, *self.roots)):
-            raise WorldError(f"'{uri}' in {where} leads out of its folder; expected a path inside it.")
+            raise LeavesFolderError(f"'{uri}' in {where} leads out of its folder; expected a path inside it.")
         return self._first([beside, *(p for root in self.roots if (p := _inside(root, path)))])
 
     def find_texture(self, name: str, folder: Path) -> Path | None:
@@ -234,7 +234,7 @@ def list_scripts(folder: Path) -> list[str]:
 def _refuse_escape(path: str, uri: str, where: str) -> None:
     normal = os.path.normpath(path)
     if normal.startswith("..") or Path(normal).is_absolute():
-        raise WorldError(f"'{uri}' in {where} leads out of its folder; expected a path inside it.")
+        raise LeavesFolderError(f"'{uri}' in {where} leads out of its folder; expected a path inside it.")
 
 
 def _inside(root: Path, path: str) -> Path | None:
