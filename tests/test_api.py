@@ -40,3 +40,18 @@ def test_wrong_words_are_one_sentence() -> None:
         taskslam.tour("house", "karto", mode="with map")
     with pytest.raises(InputError, match="latency 'slow': expected fixed"):
         taskslam.tour("house", "karto", latency="slow")
+
+
+def test_recorded_trajectories_are_three_lines(tmp_path):
+    for name, off in (("groundtruth", 0.0), ("orb_run0", 0.01), ("orb_run1", -0.01)):
+        rows = [f"{t} {t} {t % 3 + off * (t % 2)} {t % 2} 0 0 0 1" for t in range(20)]
+        (tmp_path / f"{name}.tum").write_text("\n".join(rows) + "\n")
+    runs = [tmp_path / "orb_run0.tum", tmp_path / "orb_run1.tum"]
+    results = taskslam.trajectories(tmp_path / "groundtruth.tum", runs, align="none")
+    (orb,) = results.results
+    assert [run.ate_m.rmse for run in orb.runs] == pytest.approx([0.01 / 2**0.5] * 2)
+    assert orb.common.precision_m == pytest.approx(0.005)
+    exact = taskslam.trajectories(tmp_path / "groundtruth.tum", runs, settings=taskslam.Settings(align_first=5))
+    assert exact.results[0].alignment == "se3"
+    with pytest.raises(InputError, match="align 'up': expected one of se3, sim3, yaw, origin, none"):
+        taskslam.trajectories(tmp_path / "groundtruth.tum", runs, align="up")

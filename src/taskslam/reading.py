@@ -142,6 +142,16 @@ def read_arrays(path: Path, what: str, error: type[Exception], largest: int) -> 
             raise error(f"{path}: not a {what} or cut short: {why}") from fault
 
 
+def read_array(path: Path, what: str, error: type[Exception], largest: int) -> npt.NDArray[Any]:
+    """The array of an npy file, not pickled. largest: bytes. Raises `error` as `read_arrays` does."""
+    with open_file(path, what, error, largest) as file:
+        try:
+            return _array_of(file, path.name, os.fstat(file.fileno()).st_size)
+        except Exception as fault:  # numpy's own, what `ast` meets in a header
+            why = " ".join(str(fault).split())[:200] or type(fault).__name__
+            raise error(f"{path}: not a {what} or cut short: {why}") from fault
+
+
 def arrays_in(file: IO[bytes], largest: int) -> Arrays:
     """As `read_arrays`, from an open file; raises whatever zipfile and numpy raise, and ValueError."""
     with zipfile.ZipFile(file) as archive:
@@ -154,18 +164,22 @@ def arrays_in(file: IO[bytes], largest: int) -> Arrays:
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any]:
     with archive.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, kind = read_header(file)
-        if math.prod(shape) * kind.itemsize != member.file_size - file.tell():
-            raise ValueError(f"{member.filename} declares the shape {shape}, which is not its size")
-        if kind.kind not in "biufU":
-            raise ValueError(f"{member.filename} holds {kind}; expected numbers or text")
-    with archive.open(member) as file:
-        array: npt.NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
+        return _array_of(file, member.filename, member.file_size)
+
+
+def _array_of(file: IO[bytes], name: str, size: int) -> npt.NDArray[Any]:
+    version = np.lib.format.read_magic(file)
+    read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, kind = read_header(file)
+    if math.prod(shape) * kind.itemsize != size - file.tell():
+        raise ValueError(f"{name} declares the shape {shape}, which is not its size")
+    if kind.kind not in "biufU":
+        raise ValueError(f"{name} holds {kind}; expected numbers or text")
+    file.seek(0)
+    array: npt.NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
     letters = np.frombuffer(array.tobytes(), np.dtype("u4").newbyteorder(kind.byteorder)) if kind.kind == "U" else None
     if letters is not None and letters.max(initial=0) > sys.maxunicode:
-        raise ValueError(f"{member.filename} holds text with letters that there are not")
+        raise ValueError(f"{name} holds text with letters that there are not")
     return array
 
 

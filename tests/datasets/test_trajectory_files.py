@@ -285,3 +285,24 @@ def test_poses_so_far_away_that_their_squares_overflow_are_left_out(tmp_path):
     read = read_trajectory_file(str(path))
     assert len(read.trajectory) == len(GOOD)
     assert "1 of 7 poses are not finite and left out" in read.notes[0]
+
+
+def test_an_array_of_numpy_is_a_trajectory(tmp_path):
+    stamps = 1_403_636_580 + 0.05 * np.arange(9)
+    turns = Rotation.random(9, np.random.default_rng(1)).as_quat()
+    table = np.column_stack([stamps, np.arange(27.0).reshape(9, 3), turns])
+    np.save(tmp_path / "run.npy", table)
+    read = read_trajectory_file(str(tmp_path / "run.npy"))
+    assert np.abs(read.trajectory.stamps - np.round(stamps * 1e9)).max() < 300
+    assert np.array_equal(read.trajectory.positions, table[:, 1:4])
+    assert read.notes == ()
+    for wrong, message in (
+        (table[:, :7], r"an array \(9, 7\) of float64; expected \(N, 8\) numbers"),
+        (table * 1e9, "row 0: expected seconds first"),
+        (np.array([{}] * 8), "not a trajectory or cut short"),
+    ):
+        np.save(tmp_path / "wrong.npy", wrong, allow_pickle=True)
+        with pytest.raises(TrajectoryError, match=message):
+            read_trajectory_file(str(tmp_path / "wrong.npy"))
+    (tmp_path / "cut.npy").write_bytes((tmp_path / "run.npy").read_bytes()[:-9])
+    assert "which is not its size" in refusal(tmp_path / "cut.npy")

@@ -192,6 +192,7 @@ def trajectories(folder: Path) -> None:
         write_trajectory(folder / name, whole)
     rows = [f"{t},{','.join(map(repr, [*p, w, x, y, z]))}" for t, p, (x, y, z, w) in
             zip(stamps.tolist(), positions.tolist(), turns.tolist(), strict=True)]  # fmt: skip
+    np.save(folder / "run.npy", np.column_stack([stamps / SECOND, positions, turns]))
     kitti = [" ".join(map(repr, T[:3].ravel().tolist())) for T in whole.matrices()]
     put(
         folder,

@@ -3,6 +3,7 @@
 run.tum, run.txt     timestamp tx ty tz qx qy qz qw      (TUM: seconds)
 data.csv             timestamp, x, y, z, qw, qx, qy, qz  (EuRoC: nanoseconds)
 any of these         columns in any order that a header names, and further ones (`trajectory_layout.py`)
+run.npy              an array (N, 8), as TUM has it     (seconds)
 00.txt               twelve numbers a line               (KITTI: rows of the 3 x 4 matrix; stamps in a times file)
 drive.bag, drive.mcap, drive.db3, a rosbag2 folder; with a topic: drive.bag:/odom
 """
@@ -19,7 +20,7 @@ from taskslam.datasets.trajectory_checks import ReadTrajectory, checked_trajecto
 from taskslam.datasets.trajectory_layout import KITTI_COLUMNS, Head, layout_of, read_head
 from taskslam.errors import RecordError, TrajectoryError
 from taskslam.measurements import NANOSECONDS
-from taskslam.reading import is_there
+from taskslam.reading import LARGEST_TABLE, is_there, read_array
 from taskslam.record.number_table import NumberTable, StampUnit, read_number_table
 from taskslam.record.trajectories import COLUMNS, SpatialTrajectory
 from taskslam.skipped import too_many
@@ -29,6 +30,7 @@ _EUROC = "at least eight numbers 'timestamp x y z qw qx qy qz' separated by comm
 _KITTI = "twelve numbers separated by blanks, the rows of a 3 x 4 pose matrix"
 _RIGID = 2e-2  # what three decimals leave of a rotation
 _EXACT = 1e-3
+_LATEST_S = 4e9  # of seconds in an array: the year 2096
 
 
 def read_trajectory_file(
@@ -43,6 +45,8 @@ def read_trajectory_file(
     path, topic = split_topic(source)
     if topic is not None or is_bag(path):
         return read_bag_trajectory(path, topic)
+    if path.suffix.lower() == ".npy":
+        return _read_npy(path)
     try:
         head = read_head(path)
         if path.suffix.lower() not in (".tum", ".csv") and head.rows and len(head.rows[0]) == KITTI_COLUMNS:
@@ -83,6 +87,24 @@ def _read_table(path: Path, head: Head, unit: StampUnit | None, truth: SpatialTr
     skipped = (f"{len(bad)} lines are no poses and left out (first: line {bad[0]})",) if len(bad) else ()
     notes = layout.notes + _cut_off(table) + skipped
     return checked_trajectory(table.stamps, table.values[:, :3], table.values[:, 3:], _place(path, table), notes)
+
+
+def _read_npy(path: Path) -> ReadTrajectory:
+    """Stamps become nanoseconds as near as a double of seconds tells them: to some 200 ns today."""
+    table = read_array(path, "trajectory", TrajectoryError, LARGEST_TABLE)
+    if table.ndim != 2 or table.shape[1] != len(COLUMNS) or table.dtype.kind not in "iuf":
+        found = f"an array {table.shape} of {table.dtype}"
+        raise TrajectoryError(f"{path}: {found}; expected (N, 8) numbers, as TUM has them")
+    table = table.astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        whole = np.isfinite(table[:, 0]) & (np.abs(table[:, 0]) < _LATEST_S)
+    if not whole.all():
+        row = int(np.argmin(whole))
+        raise TrajectoryError(f"{path}, row {row}: expected seconds first, found {table[row, 0]:g}")
+    whole_s = np.floor(table[:, 0])
+    rest_ns = np.round((table[:, 0] - whole_s) * NANOSECONDS).astype(np.int64)
+    stamps = whole_s.astype(np.int64) * NANOSECONDS + rest_ns
+    return checked_trajectory(stamps, table[:, 1:4], table[:, 4:], lambda row: f"{path}, row {row}")
 
 
 def _read_kitti(path: Path, times: Path | None) -> ReadTrajectory:

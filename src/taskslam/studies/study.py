@@ -37,7 +37,7 @@ from taskslam.user_files import read_model
 
 _GROUND_TRUTH = re.compile(r"ground[_-]?truth|gt", re.IGNORECASE)
 _IN_A_NAME = re.compile(r"(?:^|[_.-])(?:ground[_-]?truth|gt)(?:$|[_.-])", re.IGNORECASE)
-_SUFFIXES = {".tum", ".txt", ".csv", ".bag", ".mcap", ".db3"}
+_SUFFIXES = {".tum", ".txt", ".csv", ".npy", ".bag", ".mcap", ".db3"}
 
 
 class _Part(BaseModel):

@@ -94,7 +94,8 @@ def parse_sdf(data: bytes, path: Path, left_out: LeftOut) -> Element:
     """
     root = parse_xml(data, path)
     if any(_XACRO in element.tag for element in root.iter()):
-        raise WorldError(f"{path} holds xacro macros: expand them first, xacro {path.name} > {path.stem}.expanded.sdf")
+        plain = path.stem if path.suffix == ".xacro" else f"{path.stem}.expanded.sdf"
+        raise WorldError(f"{path} holds xacro macros: expand them first, xacro {path.name} > {plain}")
     if root.tag == "robot":
         raise WorldError(f"{path} is a URDF: convert it first, gz sdf -p {path.name} > {path.stem}.sdf")
     if root.tag != "sdf":
