@@ -14,14 +14,14 @@ import numpy as np
 from common import aws_world
 from taskslam.benchmark.stage import set_stage
 from taskslam.geometry import FloatArray, wrap_angle
-from taskslam.measurements import NANOSECONDS, LaserScan, Measurement
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.global_planner import plan_path
 from taskslam.navigation.settings import CostmapSettings, GlobalPlannerSettings
 from taskslam.observer import Observer
 from taskslam.robot import Robot
 from taskslam.scenario import load_scenario
-from taskslam.simulation.simulator import Simulator
+from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 
 CONTROL_PERIOD = NANOSECONDS // 20
 PAUSE = 2 * NANOSECONDS
@@ -31,21 +31,33 @@ SPEED, TURN = 0.3, 0.8  # m/s, rad/s
 
 @dataclass(frozen=True)
 class Drive:
-    """measurements in stamp order; truth: (number of scans, 3), the base seen from where it started."""
+    """measurements in stamp order; truth: (number of scans or clouds, 3), the base seen from where it started."""
 
     robot: Robot
     measurements: list[Measurement]
     truth: FloatArray
 
 
-def record(scenario_name: str, rounds: int = 1, seed: int = 0) -> Drive:
-    """Tour a scenario's waypoints along planned paths; a registered world, or an AWS world under TASKSLAM_DATA."""
+def record(
+    scenario_name: str, rounds: int = 1, seed: int = 0, goals: int | None = None, rolling: bool = False
+) -> Drive:
+    """Tour a scenario's waypoints along planned paths; a registered world, or an AWS world under TASKSLAM_DATA.
+
+    goals: how many of the tour. rolling: a spinning LiDAR whose turns take their time, and an IMU, in place of scans.
+    """
     world = aws_world(scenario_name) if scenario_name.startswith("aws_") else None
     stage = set_stage(load_scenario(scenario_name), [world] if world else [], Observer())
     start = stage.scenario.start.pose
     costmap = GlobalCostmap(stage.plan, CostmapSettings())
     assert stage.world is not None
-    simulator = Simulator(stage.world, stage.robot, seed)
+    robot, sensors, frame = stage.robot, DEFAULT_SENSORS, Sensor.LASER_SCAN
+    if rolling:
+        robot, sensors, frame = (
+            with_rolling_lidar(robot),
+            frozenset({Sensor.POINT_CLOUD, Sensor.IMU}),
+            Sensor.POINT_CLOUD,
+        )
+    simulator = Simulator(stage.world, robot, seed, sensors=sensors)
     simulator.reset(start)
     measurements: list[Measurement] = []
     truth: list[FloatArray] = []
@@ -53,19 +65,26 @@ def record(scenario_name: str, rounds: int = 1, seed: int = 0) -> Drive:
     def advance(duration: int) -> None:
         for measurement in simulator.advance(simulator.now + duration):
             measurements.append(measurement)
-            if isinstance(measurement, LaserScan):
+            if measurement.sensor == frame:
                 truth.append((start.inverse() @ simulator.true_pose()).array())
 
     advance(NANOSECONDS)
     for _ in range(rounds):
-        for goal in stage.scenario.sequence.goals:
+        for goal in stage.scenario.sequence.goals[:goals]:
             path = plan_path(costmap, simulator.true_pose(), goal.pose, GlobalPlannerSettings())
             if path is None:
                 raise SystemExit(f"{scenario_name}: no path to {goal}")
             _follow(simulator, path, advance)
             _turn_to(simulator, goal.theta, advance)
             advance(PAUSE)
-    return Drive(stage.robot, measurements, np.array(truth))
+    return Drive(robot, measurements, np.array(truth))
+
+
+def with_rolling_lidar(robot: Robot) -> Robot:
+    """The same robot, the turns of whose spinning LiDAR take their time."""
+    assert robot.rig.lidar_3d is not None
+    lidar = robot.rig.lidar_3d.model_copy(update={"rolling": True})
+    return robot.model_copy(update={"rig": robot.rig.model_copy(update={"lidar_3d": lidar})})
 
 
 def _follow(simulator: Simulator, path: FloatArray, advance: Callable[[int], None]) -> None:

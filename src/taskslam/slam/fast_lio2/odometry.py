@@ -28,6 +28,7 @@ from taskslam.slam.fast_lio2.voxel_map import VoxelMap
 from taskslam.slam.inertial.still_start import Standstill, standstill
 
 _SILENCE_S = 1.0
+_FASTEST, _HARDEST = 100.0, 1000.0  # rad/s, m/s^2: what no sample says
 _UNKNOWN_TURN, _UNKNOWN_ACCELERATION = 1.0, 2.0  # rad/s, m/s^2: standard deviations while the IMU is silent
 _UPRIGHT = 0.7  # cosine of the angle between the two downs, of the IMU and of its mount
 # Variances at the start. From bias on: as the authors' program begins.
@@ -90,11 +91,12 @@ class LidarInertialOdometry:
         )
 
     def add(self, samples: ImuSamples) -> None:
-        """Keep samples until the scan that they belong to; those that are not finite or come too late are left out."""
+        """Keep samples until the scan that they belong to; those that cannot be, or come too late, are left out."""
         for stamp, rate, force in zip(
             samples.stamps.tolist(), samples.angular_velocity, samples.linear_acceleration, strict=True
         ):
-            if stamp > self._last_stamp and np.isfinite(rate).all() and np.isfinite(force).all():
+            possible = (np.abs(rate) < _FASTEST).all() and (np.abs(force) < _HARDEST).all()  # and so finite
+            if stamp > self._last_stamp and possible:
                 self._last_stamp = stamp
                 self._stamps.append(stamp)
                 self._rates.append(np.array(rate, np.float64))
@@ -114,9 +116,10 @@ class LidarInertialOdometry:
         if cloud.stamp <= self._now:
             return self._outcome(Status.LOST if len(self.map) else Status.STARTING)
         heard = cloud.stamp - self._last_stamp <= s.imu_gap * NANOSECONDS
-        if cloud.stamp - self._now > _SILENCE_S * NANOSECONDS:
+        pieces = self._pieces(cloud.stamp)
+        if (pieces.durations >= _SILENCE_S).any():
             self.state = self.state._replace(v=np.zeros(3))
-        predicted, P, track = carried(self.state, self.covariance, *self._pieces(cloud.stamp))
+        predicted, P, track = carried(self.state, self.covariance, *pieces)
         self.state, self.covariance, self._now = predicted, P, cloud.stamp
 
         points, offsets = chosen(cloud.points, cloud.time_offset, s.point_filter_num, s.blind, self._lidar.range_max)
@@ -194,6 +197,7 @@ class LidarInertialOdometry:
         silent = durations > s.imu_gap
         silent[-1] |= end - self._last_stamp > s.imu_gap * NANOSECONDS
         R[silent], F[silent] = np.nan, np.nan
+        durations = np.minimum(durations, _SILENCE_S)
         per_sample = np.array([s.gyr_cov, s.acc_cov, s.b_gyr_cov, s.b_acc_cov])
         variances = np.where(np.isnan(R[:, :1]), [_UNKNOWN_TURN**2, _UNKNOWN_ACCELERATION**2, 0.0, 0.0], per_sample)
         return _Pieces(durations, R, F, variances * durations[:, None] ** 2)
