@@ -14,11 +14,14 @@ subscribers have a queue of one.
 
 Not deterministic: mapping and loop closing run in threads of their own; `pacing.py` keeps them in step with simulated
 time. Maps are not saved: a loaded map is only merged by chance later, with poses from a new origin until then.
+
+Its loop closer divides by a rotation and would end the process where that is zero: `orb/equal_views.py` guards it.
 """
 
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -29,6 +32,7 @@ from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Camera, SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
+from taskslam.slam.orb.equal_views import EqualViews
 from taskslam.slam.orb.settings_file import OrbSettings, write_settings
 from taskslam.slam.orb.start_map import StartMap
 from taskslam.slam.orb.system_libraries import install_command, missing_libraries
@@ -75,6 +79,7 @@ class OrbSlam3(SlamMethod):
         self._vocabulary = vocabulary or os.environ.get(VOCABULARY_VARIABLE, "")
         self._settings = OrbSettings(features, fast_threshold, lowest_fast_threshold, close_depth)
         self._slam: Any = None
+        self._views: EqualViews | None = None
 
     def start(self, rig: SensorRig) -> None:
         """Load vocabulary and camera.
@@ -90,6 +95,7 @@ class OrbSlam3(SlamMethod):
         scratch = Path.cwd()
         settings = scratch / "orb-slam3.yaml"
         write_settings(settings, camera, self._settings)
+        self._views = _guard(package)
         self._slam = package.Slam(self._vocabulary_file(scratch), str(settings), getattr(package.Sensor, self._mode))
         self._tracked_state = package.TrackingState.OK
         self._map = StartMap(self._slam, scratch / "keyframes.tum")
@@ -122,6 +128,8 @@ class OrbSlam3(SlamMethod):
         """Let its threads end."""
         if self._slam is not None:
             self._slam.shutdown()
+        if self._views is not None and self._views.happened:
+            sys.stdout.write(f"guesses of a loop without rotation, which would have aborted: {self._views.happened}\n")
 
     def _camera(self, rig: SensorRig) -> Camera | None:
         return rig.stereo
@@ -149,3 +157,10 @@ def _package() -> Any:
             raise MethodUnavailableError(f"ORB-SLAM3 needs the {remedy}") from error
         raise MethodUnavailableError(f"ORB-SLAM3: pyorbslam3 cannot be loaded: {one_line(error)}") from error
     return pyorbslam3
+
+
+def _guard(package: Any) -> EqualViews | None:
+    try:
+        return EqualViews(Path(package._core.__file__))
+    except (AttributeError, OSError, ValueError):  # a build that binds its functions in another way
+        return None
