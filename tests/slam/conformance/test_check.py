@@ -10,12 +10,12 @@ def verdicts(method, rig, **options):
     return {r.name: (r.verdict, r.detail) for r in check_method(method, options, rig, minutes=1)}
 
 
-@pytest.mark.parametrize("method", ["wheel_odometry", "ground_truth", "karto", "hector", "fast_lio2"])
+@pytest.mark.parametrize("method", ["wheel_odometry", "ground_truth", "karto", "hector"])
 def test_our_methods_conform(method, rig):
     results = check_method(method, {}, rig, minutes=1)
     assert [r.name for r in results if r.verdict is Verdict.FAILED] == []
     skipped = {r.name for r in results if r.verdict is Verdict.SKIPPED}
-    assert skipped == (set() if method in {"karto", "hector", "fast_lio2"} else {"map_round_trip"})
+    assert skipped == (set() if method in {"karto", "hector"} else {"map_round_trip"})
 
 
 @pytest.mark.parametrize(
