@@ -32,7 +32,7 @@ print(views.happened, (second == before).all())
 """
 TRIANGLE = [[1, 2, 5], [3, -1, 4], [0.5, 0.2, 7]]
 TURNED = [[-2, 1, 5], [1, 3, 4], [-0.2, 0.5, 7]]
-DOT, NOTHING = [[1, 2, 5]] * 3, [[float("nan")] * 3] * 3
+DOT, OTHER_DOT, NOTHING = [[1, 2, 5]] * 3, [[1.1, 2.3, 5.7]] * 3, [[float("nan")] * 3] * 3
 LINE = [[1, 1, 1], [2, 2, 2], [3, 3, 3]]
 
 
@@ -50,9 +50,12 @@ def test_orb_slam3_itself_ends_its_process_between_three_points_and_themselves()
 
 
 @needs_package
-@pytest.mark.parametrize("points", [TRIANGLE, LINE, DOT, NOTHING])
-def test_points_and_themselves_do_not_end_the_process(points):
-    done = computed("guarded", points, points)
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [(TRIANGLE, TRIANGLE), (LINE, LINE), (DOT, DOT), (DOT, TRIANGLE), (DOT, OTHER_DOT), (NOTHING, NOTHING)],
+)
+def test_points_without_a_rotation_do_not_end_the_process(first, second):
+    done = computed("guarded", first, second)
     assert done.returncode == 0
     assert done.stdout.startswith("1 ")
 

@@ -1,9 +1,9 @@
-"""Keeps ORB-SLAM3 from ending its process where it compares a view with itself.
+"""Keeps ORB-SLAM3 from ending its process where it finds no rotation between two views.
 
 For every place that looks like an earlier one, its loop closer guesses the motion between the two views from three
 points at a time (`Sim3Solver::ComputeSim3`, after Horn 1987) and keeps the guess that most other points confirm. It
-divides by the rotation's axis, so a rotation of zero becomes not a number, and Sophus aborts: upstream issue 608,
-https://github.com/UZ-SLAMLab/ORB_SLAM3/issues/608, not mended in the sources that the package is built from.
+divides by the length of the rotation, so zero, as of three points and themselves, becomes not a number, and Sophus
+aborts: https://github.com/UZ-SLAMLab/ORB_SLAM3/issues/608, not mended in the sources that the package is built from.
 
 The function is called through a slot that the dynamic linker fills. Here the slot gets a function of ours, which calls
 ORB-SLAM3's own. Only three points whose rotation cannot be told from zero are exchanged before, for a motion that no
@@ -62,21 +62,21 @@ def _guarded(original: Any, count: Any) -> Any:
     def guarded(solver: Any, first: Any, second: Any) -> None:
         a = carray(first, (3, 3))  # a row is a point
         b = carray(second, (3, 3))
-        x = y = z = spread = 0.0  # the first is twice the sine of the rotation times its axis, times the second
+        x = y = z = spread = 0.0  # (x, y, z) is the sine of the rotation times its axis, times about the spread
         for k in range(3):
-            u0 = a[k, 0] - (a[0, 0] + a[1, 0] + a[2, 0]) / 3.0
-            u1 = a[k, 1] - (a[0, 1] + a[1, 1] + a[2, 1]) / 3.0
-            u2 = a[k, 2] - (a[0, 2] + a[1, 2] + a[2, 2]) / 3.0
-            v0 = b[k, 0] - (b[0, 0] + b[1, 0] + b[2, 0]) / 3.0
-            v1 = b[k, 1] - (b[0, 1] + b[1, 1] + b[2, 1]) / 3.0
-            v2 = b[k, 2] - (b[0, 2] + b[1, 2] + b[2, 2]) / 3.0
+            u0 = a[k, 0] - (1.0 * a[0, 0] + a[1, 0] + a[2, 0]) / 3.0
+            u1 = a[k, 1] - (1.0 * a[0, 1] + a[1, 1] + a[2, 1]) / 3.0
+            u2 = a[k, 2] - (1.0 * a[0, 2] + a[1, 2] + a[2, 2]) / 3.0
+            v0 = b[k, 0] - (1.0 * b[0, 0] + b[1, 0] + b[2, 0]) / 3.0
+            v1 = b[k, 1] - (1.0 * b[0, 1] + b[1, 1] + b[2, 1]) / 3.0
+            v2 = b[k, 2] - (1.0 * b[0, 2] + b[1, 2] + b[2, 2]) / 3.0
             x += v1 * u2 - v2 * u1
             y += v2 * u0 - v0 * u2
             z += v0 * u1 - v1 * u0
             spread += abs(v0 * u0 + v1 * u1 + v2 * u2)
         if not abs(x) + abs(y) + abs(z) > _ZERO * spread:  # nor is it where a point is not a number
             count()
-            # A third of a turn about (1, 1, 1), which is the direction of no pixel.
+            # A third of a turn about (1, 1, 1), which lies at the edge of a picture or beyond.
             for k in range(3):
                 for c in range(3):
                     a[k, c] = 1.0 if c == k else 0.0
