@@ -51,7 +51,7 @@ class OrbSlam3(SlamMethod):
 
     card: ClassVar[MethodCard] = MethodCard(
         name="orb_slam3",
-        version="1.0",
+        version="1.1",
         licence="GPL-3.0-only",
         kind=Kind.SLAM,
         sensors=(Sensor.STEREO_IMAGES,),
@@ -162,5 +162,6 @@ def _package() -> Any:
 def _guard(package: Any) -> EqualViews | None:
     try:
         return EqualViews(Path(package._core.__file__))
-    except (AttributeError, OSError, ValueError):  # a build that binds its functions in another way
+    except (AttributeError, OSError, ValueError) as error:  # a build that binds its functions in another way
+        sys.stdout.write(f"the loop closer is not guarded against views without rotation: {one_line(error)}\n")
         return None
