@@ -66,6 +66,8 @@ RAW_EXCUSED = {
     "taskslam.report.page.calibration_page": "templates of this package",
     "taskslam.slam.map_archive": "opens to write",
     "taskslam.slam.orb.vocabulary": "the vocabulary that ships with this package",
+    "taskslam.simulation.sensors.raytracing": "the kernel's list of loaded libraries",
+    "taskslam.slam.orb.equal_views": "the library of an installed package",
     "taskslam.slam.orb.start_map": "a scratch file of ORB-SLAM3's own",
     "taskslam.user_files": "files of this package",
     "taskslam.world.cache": "source files of this package, and the text of an array read with bounds",

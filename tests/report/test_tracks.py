@@ -15,7 +15,7 @@ def test_a_damaged_trajectory_is_drawn_without_and_named(make_run):
 
 
 def test_the_page_says_which_trajectories_it_left_out(make_run, tmp_path):
-    (make_run() / "round01" / "truth.tum").write_bytes(b"\xff\xfe")
+    (make_run() / "round01" / "truth.tum").write_bytes(b"\x80\x81")
     text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
     assert "1 part of the results was left out" in text
     assert "truth.tum" in text[text.index('<section id="left-out">') :]
