@@ -16,6 +16,12 @@ from taskslam.robot import SensorRig, load_robot
 from taskslam.slam.guest.host import Limits, MethodHost
 from taskslam.slam.guest.latency import LatencyModel
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from stereo_drive import follow_stereo, stereo_drive
+
+__all__ = ["follow_stereo", "stereo_drive"]
+
 MILLISECOND = 1_000_000
 
 

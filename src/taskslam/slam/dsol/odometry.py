@@ -1,10 +1,9 @@
 """`DsolOdometry`: align every pair with a window of keyframes; where the view has changed, add one and adjust them all.
 
 When it is lost: a pair fits where the patches of at least `lost_share` of the points in view correlate with it, and
-they lie in at least `lost_area` of its cells. What does not fit is no measurement: the camera is taken to go on as it
-did for `lost_after` seconds, and is lost then, standing, until a pair fits again. After `reinit_after` seconds the
-window is given up, and as soon as points can be found a new one begins where the camera is thought to be (`reinit`).
-A camera whose pictures are noisy, and repeat each other byte for byte, is frozen: they do not fit either.
+they lie in at least `lost_area` of its cells; what becomes of those that do not fit, `vision/vigil.py` tells. When the
+window is given up, a new one begins, as soon as points can be found, where the camera is thought to be (`reinit`). A
+camera whose pictures are noisy, and repeat each other byte for byte, is frozen: they do not fit either.
 """
 
 from __future__ import annotations
@@ -16,16 +15,16 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.geometry import FloatArray, invert_se3
-from taskslam.measurements import NANOSECONDS
 from taskslam.slam.base import Status
 from taskslam.slam.dsol.points import GUESSED, MATCHED, PointFinder, cells_of, fill_from_cells
-from taskslam.slam.dsol.prediction import Prediction
 from taskslam.slam.dsol.settings import DsolSettings
 from taskslam.slam.dsol.window import Cloud, Keyframe, adjust_window, cloud_of, make_keyframe, make_room
 from taskslam.slam.vision.direct_alignment import align, correlations
 from taskslam.slam.vision.patches import INLIER, Weighting
 from taskslam.slam.vision.pinhole import Pinhole
-from taskslam.slam.vision.pyramid import Pyramid, build_pyramid
+from taskslam.slam.vision.prediction import Prediction
+from taskslam.slam.vision.pyramid import Pyramid, build_pyramid, same_pictures
+from taskslam.slam.vision.vigil import Vigil
 
 _CORRELATED = 0.7
 _JUDGED_LEVEL = 1  # where noise is half of what it is on the finest
@@ -72,8 +71,7 @@ class DsolOdometry:
         self._points_wanted = 0
         self._before: tuple[Pyramid, Pyramid] | None = None
         self._stamp: int | None = None
-        self._fitted_at: int | None = None
-        self._began = False
+        self._vigil = Vigil(s.lost_after, s.reinit_after)
 
     def process(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8], stamp: int) -> Outcome:
         """Take in a pair of (H, W) or (H, W, 3) images, stamped in ns, after those before."""
@@ -81,20 +79,26 @@ class DsolOdometry:
         pair = build_pyramid(left, s.levels), build_pyramid(right, s.levels)
         cells = max((left.shape[0] // s.cell) * (left.shape[1] // s.cell), 1)
         since = stamp if self._stamp is None else self._stamp
-        self._fitted_at = stamp if self._fitted_at is None else self._fitted_at
-        frozen, self._before = self._noisy and self._repeats(pair), pair
+        frozen, self._before = self._noisy and same_pictures(self._before, pair), pair
         motions = self.prediction.motions(since, stamp)
         self.prediction.forget(stamp)
         self._stamp = stamp
         least = s.lost_area * cells
         if not self._window:
             self._T_world_camera = self._T_world_camera @ motions[0]
-            return self._outcome(stamp, begun=not frozen and self._begin(pair, least))
+            if frozen or not self._begin(pair, least):
+                return self._miss(stamp)
+            self._vigil.fits(stamp)
+            return Outcome(self._T_world_camera, Status.TRACKING, 1.0, 1.0, keyframe=True)
         view = None if frozen else self._look(pair, motions, least)
         if view is None:
-            return self._miss(stamp, motions[0])
+            self._T_world_camera = self._T_world_camera @ motions[0]
+            if s.reinit and self._vigil.gives_up(stamp):
+                self._window, self._cloud = [], None
+            return self._miss(stamp)
+        self._vigil.fits(stamp)
         self.prediction.learn(invert_se3(self._T_world_camera) @ view.T_world_camera, since, stamp)
-        self._T_world_camera, self._gain, self._fitted_at = view.T_world_camera, view.gain, stamp
+        self._T_world_camera, self._gain = view.T_world_camera, view.gain
         changed = view.cells < s.keyframe_ratio * self._points_wanted
         added = changed and self._add_keyframe(pair, view, least)
         return Outcome(self._T_world_camera, Status.TRACKING, view.share, view.cells / cells, added)
@@ -152,7 +156,7 @@ class DsolOdometry:
         if matched < max(least, _LEAST_MATCHED * len(points), 1):
             return False
         information = np.full(len(points), MATCHED)
-        self._gain, self._began = 1.0, True
+        self._gain = 1.0
         self.prediction.rest()
         self._hold([make_keyframe(self._T_world_camera, 1.0, pair, self._pinhole, points, inverse_depths, information)])
         return True
@@ -188,29 +192,9 @@ class DsolOdometry:
         self._window, self._cloud = window, cloud_of(window).at_least(MATCHED)
         self._points_wanted = len(window[-1].points)
 
-    def _miss(self, stamp: int, motion: FloatArray) -> Outcome:
-        """Nothing was measured: the camera goes on as predicted."""
-        s = self._settings
-        assert self._fitted_at is not None
-        self._T_world_camera = self._T_world_camera @ motion
-        if s.reinit and stamp - self._fitted_at > s.reinit_after * NANOSECONDS:
-            self._window, self._cloud = [], None
-        return self._outcome(stamp, begun=False)
-
-    def _outcome(self, stamp: int, begun: bool) -> Outcome:
-        """Of a pair that was not tracked."""
-        s = self._settings
-        assert self._fitted_at is not None
-        if begun:
-            self._fitted_at = stamp
-            return Outcome(self._T_world_camera, Status.TRACKING, 1.0, 1.0, keyframe=True)
-        patience = s.lost_after if self._began else s.reinit_after
-        lost = stamp - self._fitted_at >= patience * NANOSECONDS
-        if lost:
+    def _miss(self, stamp: int) -> Outcome:
+        """Nothing was measured: the camera went on as predicted; one that is lost is expected to stand."""
+        status = self._vigil.misses(stamp)
+        if status is Status.LOST:
             self.prediction.rest()
-        status = Status.LOST if lost else Status.TRACKING if self._began else Status.STARTING
         return Outcome(self._T_world_camera, status)
-
-    def _repeats(self, pair: tuple[Pyramid, Pyramid]) -> bool:
-        before = self._before
-        return before is not None and all(np.array_equal(b[0], p[0]) for b, p in zip(before, pair, strict=True))

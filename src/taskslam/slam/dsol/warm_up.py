@@ -1,29 +1,19 @@
-"""Compiling before the first pair: a made-up drive is tracked and forgotten."""
+"""Compiling before the first pair."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from taskslam.measurements import NANOSECONDS
 from taskslam.slam.dsol.odometry import DsolOdometry
-from taskslam.slam.dsol.prediction import Prediction
 from taskslam.slam.dsol.settings import DsolSettings
-from taskslam.slam.vision.pinhole import Pinhole
-
-_SIDE, _BLOCK, _DISPARITY, _STEP = 160, 8, 8, 3
+from taskslam.slam.vision.made_up_drive import PINHOLE, made_up_drive
+from taskslam.slam.vision.prediction import Prediction
 
 
 def warm_up(settings: DsolSettings) -> None:
-    """Pass a wall of random tiles sideways, every pair a keyframe, so that no real pair waits for compilation."""
-    tiles = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (_SIDE // _BLOCK, 2 * _SIDE // _BLOCK))
-    wall = np.kron(tiles, np.ones((_BLOCK, _BLOCK))).astype(np.uint8)
+    """Track a made-up drive, every pair a keyframe, and forget it: no real pair waits for compilation."""
     changed = {"keyframe_ratio": 1.0, "levels": min(settings.levels, 4), "lost_share": 0.0, "lost_area": 0.0}
-    odometry = DsolOdometry(
-        settings.model_copy(update=changed),
-        Pinhole(100.0, _SIDE / 2, _SIDE / 2, 0.1),
-        Prediction(settings.velocity_blend, np.eye(3)),
-    )
-    for number in range(3):
-        left = _STEP * number + _DISPARITY
-        view, other = (np.ascontiguousarray(wall[:, at : at + _SIDE]) for at in (left, left + _DISPARITY))
-        odometry.process(view, other, number * NANOSECONDS // 30)
+    prediction = Prediction(settings.velocity_blend, np.eye(3))
+    odometry = DsolOdometry(settings.model_copy(update=changed), PINHOLE, prediction)
+    for left, right, stamp in made_up_drive(3):
+        odometry.process(left, right, stamp)

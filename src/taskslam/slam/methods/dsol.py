@@ -21,22 +21,17 @@ Where it differs from the published runs, and why:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-import numpy as np
-
-from taskslam.errors import InputError
-from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
-from taskslam.measurements import ImuSamples, Measurement, Sensor, StereoImages
-from taskslam.robot import SensorRig
-from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod
+from taskslam.geometry import FloatArray
+from taskslam.measurements import Sensor
+from taskslam.robot import StereoCamera
+from taskslam.slam.base import Kind, MapMode, MethodCard
 from taskslam.slam.dsol.settings import DsolSettings
-
-if TYPE_CHECKING:
-    from taskslam.slam.dsol.odometry import DsolOdometry
+from taskslam.slam.methods.stereo_odometry import StereoOdometryMethod, StereoTracker
 
 
-class Dsol(SlamMethod):
+class Dsol(StereoOdometryMethod):
     """Direct sparse stereo odometry. Options: the fields of `DsolSettings`."""
 
     card: ClassVar[MethodCard] = MethodCard(
@@ -56,49 +51,15 @@ class Dsol(SlamMethod):
 
     def __init__(self, **options: object) -> None:
         self._settings = DsolSettings.from_options(options)
-        self._odometry: DsolOdometry | None = None
+        self.levels, self.gyro = self._settings.levels, self._settings.gyro
 
-    def start(self, rig: SensorRig) -> None:
-        """Begin with an empty window. Raises InputError: no stereo camera, or pictures too small for the pyramid."""
-        if rig.stereo is None:
-            raise InputError("dsol needs a stereo camera, and this robot's sensor rig has none (rig.stereo)")
-        camera, s = rig.stereo, self._settings
-        smallest = _LEAST_SIDE << (s.levels - 1)
-        if min(camera.width, camera.height) < smallest:
-            raise InputError(
-                f"dsol: pictures of {camera.width} x {camera.height} are too small for {s.levels} levels (option"
-                f" 'levels'); expected at least {smallest} pixels a side"
-            )
+    def make_tracker(self, camera: StereoCamera, R_camera_imu: FloatArray | None) -> StereoTracker:
+        """Compiled by a made-up drive."""
         from taskslam.slam.dsol.odometry import DsolOdometry  # numba comes with it: not to read a card
-        from taskslam.slam.dsol.prediction import Prediction
         from taskslam.slam.dsol.warm_up import warm_up
         from taskslam.slam.vision.pinhole import Pinhole
+        from taskslam.slam.vision.prediction import Prediction
 
-        warm_up(s)
-        self._T_base_camera: FloatArray = camera.mount.matrix() @ OPTICAL_IN_BODY
-        self._T_camera_base: FloatArray = np.linalg.inv(self._T_base_camera)
-        gyro = rig.imu if s.gyro else None
-        R_camera_imu = None if gyro is None else self._T_camera_base[:3, :3] @ gyro.mount.matrix()[:3, :3]
-        self._shape = (camera.height, camera.width)
-        prediction = Prediction(s.velocity_blend, R_camera_imu)
-        self._odometry = DsolOdometry(s, Pinhole.of(camera), prediction, noisy=camera.noise > 0)
-
-    def feed(self, measurement: Measurement) -> PoseEstimate | None:
-        """A live pose for every pair; None for the IMU. Raises InputError: pictures of another size than the rig's."""
-        if self._odometry is None:
-            raise InputError("dsol: call start before feed")
-        if isinstance(measurement, ImuSamples):
-            self._odometry.prediction.hear(measurement)
-        if not isinstance(measurement, StereoImages):
-            return None
-        if not measurement.left.shape[:2] == measurement.right.shape[:2] == self._shape:
-            raise InputError(
-                f"dsol: pictures of {measurement.left.shape[:2]} and {measurement.right.shape[:2]} pixels, rows first;"
-                f" expected {self._shape} of both, as the sensor rig says"
-            )
-        outcome = self._odometry.process(measurement.left, measurement.right, measurement.stamp)
-        T_start_base = self._T_base_camera @ outcome.T_world_camera @ self._T_camera_base
-        return PoseEstimate(measurement.stamp, T_start_base, outcome.status)
-
-
-_LEAST_SIDE = 15  # pixels on the coarsest level: the window of the stereo matcher and room to move it
+        warm_up(self._settings)
+        prediction = Prediction(self._settings.velocity_blend, R_camera_imu)
+        return DsolOdometry(self._settings, Pinhole.of(camera), prediction, noisy=camera.noise > 0)

@@ -58,8 +58,9 @@ def align(
     weighting: Weighting,
     iterations: int,
     expose: bool = True,
+    finest: int = 0,
 ) -> Alignment:
-    """Align from the coarsest level to the finest, at most so many `iterations` on each.
+    """Align from the coarsest level to level `finest`, at most so many `iterations` on each.
 
     T_camera_hosts: (K, 4, 4) poses of the hosts in the camera, as predicted; gains: (K,) of their exposures. gain: that
     of this pair, as predicted; it is estimated, too, if `expose` says so. hosts: (N,) index of each point's host;
@@ -68,7 +69,7 @@ def align(
     """
     T = np.eye(4)
     result = Alignment(T, gain, 0.0, np.full(len(hosts), UNSEEN, np.int8), np.zeros((len(hosts), 2)), 0, 0)
-    for level in range(len(left) - 1, -1, -1):
+    for level in range(len(left) - 1, finest - 1, -1):
         result = Alignment(
             *_align_level(
                 left[level],
@@ -88,7 +89,7 @@ def align(
             )
         )
         T = result.T
-    return result
+    return result._replace(pixels=(result.pixels + 0.5) * 2.0**finest - 0.5)
 
 
 @njit(cache=True)

@@ -30,6 +30,11 @@ def grey(image: npt.NDArray[np.uint8]) -> GreyImage:
     return rounded
 
 
+def same_pictures(before: tuple[Pyramid, Pyramid] | None, pair: tuple[Pyramid, Pyramid]) -> bool:
+    """Whether both pictures of a pair repeat those before to the last grey level."""
+    return before is not None and all(np.array_equal(b[0], p[0]) for b, p in zip(before, pair, strict=True))
+
+
 @njit(cache=True)
 def blur(image: GreyImage) -> GreyImage:
     """3 x 3 binomial filter (1 2 1)/4 both ways, rounded; the border is repeated."""
