@@ -130,16 +130,15 @@ class KeyframeMap:
             self.observers[points] = 0
             _replace(self.point_of[: self.keyframe_rows], self._renaming(points, np.full(len(points), -1)))
 
-    def merge_points(self, points: Ints, into: Ints) -> Ints:
-        """Every (M,) point becomes the one of `into`; returns (P,) the new row of each, -1 of those that are gone.
+    def merge_points(self, points: Ints, into: Ints) -> None:
+        """Every (M,) point becomes the one of `into`.
 
         Where a keyframe sees both, in two features, the second of them shows none any more.
         """
-        renamed = self._renaming(points, into)
         if not len(points):
-            return renamed
+            return
         table = self.point_of[: self.keyframe_rows]
-        _replace(table, renamed)
+        _replace(table, self._renaming(points, into))
         self.found[into] += self.found[points]
         self.visible[into] += self.visible[points]
         self.point_alive[points] = False
@@ -148,7 +147,6 @@ class KeyframeMap:
         _drop_doubles(table, touched)
         self.observers[points] = 0
         self.observers[into] = np.bincount(table[table >= 0], minlength=self.point_rows)[into]
-        return renamed
 
     def remove_keyframe(self, k: int) -> None:
         """Forget it, and the points that nobody else sees."""
@@ -198,15 +196,11 @@ class KeyframeMap:
         self.point_descriptors[points[told]] = self.descriptors[keyframes[at], features[at]]
 
     def _renaming(self, points: Ints, into: Ints) -> Ints:
-        """(P + 1,) the new row of each, chains followed; the last is -1, for -1 itself."""
+        """(P + 1,) the new row of each point; the last is -1, for -1 itself."""
         renamed = np.arange(self.point_rows + 1)
         renamed[-1] = -1
         renamed[points] = into
-        while True:
-            further = renamed[renamed]
-            if np.array_equal(further, renamed):
-                return renamed
-            renamed = further
+        return renamed
 
     def _grow(self, names: tuple[str, ...], row: int) -> None:
         for name in names:

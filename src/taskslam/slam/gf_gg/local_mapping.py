@@ -50,8 +50,8 @@ class LocalMapping:
         frame.points[new] = self._map.add_points(k, new, unproject(frame, new, depths, self._pinhole))
         self.recent = np.concatenate((self.recent, frame.points[new]))
 
-    def process(self, k: int, T_camera_ahead: FloatArray | None) -> Ints:
-        """All steps for keyframe k; returns (P + 1,) the new row of every point, -1 of those that are gone.
+    def process(self, k: int, T_camera_ahead: FloatArray | None) -> None:
+        """All steps for keyframe k.
 
         T_camera_ahead: (4, 4) where the camera is expected from k, as the virtual frame of the good graph, or None.
         """
@@ -59,13 +59,10 @@ class LocalMapping:
         self._end_probation(k)
         neighbours = self.neighbours(k)
         self._triangulate(k, neighbours)
-        renamed = self._fuse(k, neighbours)
+        self._fuse(k, neighbours)
         slam_map.refresh(slam_map.points_of(np.array([k])))
         self._adjust(k, T_camera_ahead)
         self._cull_keyframes(k)
-        there = np.append(slam_map.point_alive[: slam_map.point_rows], False)
-        renamed[~there[renamed]] = -1
-        return renamed
 
     def neighbours(self, k: int) -> Ints:
         """Keyframes that share most points with k, the best first."""
@@ -119,19 +116,18 @@ class LocalMapping:
             slam_map.sight(int(other), second[good], rows)
             self.recent = np.concatenate((self.recent, rows))
 
-    def _fuse(self, k: int, neighbours: Ints) -> Ints:
+    def _fuse(self, k: int, neighbours: Ints) -> None:
         """Look for the points of k in its neighbours and the other way round; points in one feature become one."""
-        renamed = np.arange(self._map.point_rows + 1)
-        renamed[-1] = -1
         near = neighbours[: self._settings.neighbours]
-        for other in near:
-            further = self.look_in(int(other), self._map.points_of(np.array([k])))
-            renamed = further[renamed]
-        further = self.look_in(k, self._map.points_of(near))
-        return further[renamed]
+        for other in near.tolist():
+            self.look_in(other, self._map.points_of(np.array([k])))
+        self.look_in(k, self._map.points_of(near))
 
-    def look_in(self, k: int, points: Ints, radius: float | None = None) -> Ints:
-        """Points found in features of keyframe k are seen by it; returns the new row of every point."""
+    def look_in(self, k: int, points: Ints, radius: float | None = None) -> None:
+        """Points found in features of keyframe k are seen by it; those of features with a point become one with it.
+
+        radius: pixels of the finest octave; default: that of the search for the local map.
+        """
         s, slam_map = self._settings, self._map
         asked = points[~np.isin(points, slam_map.point_of[k])]
         found = search(
@@ -149,7 +145,7 @@ class LocalMapping:
         slam_map.sight(k, features[there < 0], points[there < 0])
         points, there = points[there >= 0], there[there >= 0]
         fewer = slam_map.observers[points] < slam_map.observers[there]
-        return slam_map.merge_points(np.where(fewer, points, there), np.where(fewer, there, points))
+        slam_map.merge_points(np.where(fewer, points, there), np.where(fewer, there, points))
 
     def views(self, T_camera_world: FloatArray, points: Ints) -> Views:
         """Where a camera should see points of the map."""

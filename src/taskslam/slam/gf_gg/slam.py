@@ -25,6 +25,7 @@ from taskslam.slam.gf_gg.frame import Frame, FrameMaker
 from taskslam.slam.gf_gg.good_features import match_good, pose_information
 from taskslam.slam.gf_gg.keyframe_map import KeyframeMap
 from taskslam.slam.gf_gg.local_mapping import LocalMapping
+from taskslam.slam.gf_gg.loop_closing import LoopClosing
 from taskslam.slam.gf_gg.motion import Motion
 from taskslam.slam.gf_gg.places import Places, match_by_words
 from taskslam.slam.gf_gg.search import Views, search
@@ -69,6 +70,7 @@ class GfGgSlam:
         self.map = KeyframeMap(s.features, s.scale, s.levels)
         self._mapping = LocalMapping(s, pinhole, width, height, self.map)
         self._places = Places()
+        self.loops = LoopClosing(s, pinhole, self.map, self._mapping, self._places)
         self._last: Frame | None = None
         self._reference = -1
         self._frames = self._keyframe_at = 0
@@ -314,8 +316,10 @@ class GfGgSlam:
         self._mapping.add_stereo_points(k, frame)
         s = self._settings
         ahead = self.motion.ahead(s.virtual_frame_ahead) if s.virtual_frame_ahead else None
-        renamed = self._mapping.process(k, None if ahead is None else invert_se3(ahead))
-        frame.points = renamed[self.map.point_of[k, : len(frame)]]
+        self._mapping.process(k, None if ahead is None else invert_se3(ahead))
+        if s.loop_closing:
+            self.loops.process(k)
+        frame.points = self.map.point_of[k, : len(frame)].copy()
         frame.T_camera_world = self.map.T_camera_world[k].copy()
         self._reference, self._keyframe_at = k, self._frames
 
