@@ -51,7 +51,6 @@ class GfGgSettings(BaseModel):
     least_relocalised: Annotated[int, Field(ge=6, le=1000)] = 50
     close_tracked: Count = 100
     close_untracked: Count = 70
-    keyframe_gap: Count = 3  # frames that its mapping thread takes
     neighbours: Count = 10
     adjust_iterations: Count = 5
     polish_iterations: Annotated[int, Field(ge=0, le=100)] = 10
@@ -61,6 +60,7 @@ class GfGgSettings(BaseModel):
     loop_consistency: Count = 3
 
     # Ours.
+    keyframe_gap: Count = 6  # frames: what ORB-SLAM2's mapping thread, being busy, sees to
     velocity_blend: Fraction = 0.0
     largest_depth: Positive = 40.0
     least_correlation: Fraction = 0.8

@@ -1,7 +1,7 @@
 """ORB features (Rublee et al. 2011, by OpenCV), spread over the picture.
 
-Of twice as many corners as are wanted, the strongest of every cell are kept first, then the second strongest, until
-there are enough: features crowded together say the same thing (ORB-SLAM's quadtree has the same aim).
+Of all corners the strongest of every cell are kept first, then the second strongest, until there are enough: features
+crowded together say the same thing (ORB-SLAM's quadtree has the same aim).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from taskslam.slam.vision.binary_words import Words, as_words
 from taskslam.slam.vision.pyramid import GreyImage
 
 Ints = npt.NDArray[np.int64]
-_CROWD = 2  # corners found for each that is kept
+_CROWD = 10  # corners that are looked at for each that is kept, at most
 _CELL = 32  # pixels
 _EDGE = 19  # pixels: half of ORB's patch of 31, and room to turn it
 
@@ -53,16 +53,20 @@ class OrbExtractor:
         return features
 
     def _find(self, detector: Any, image: GreyImage) -> Features:
-        keypoints, descriptors = detector.detectAndCompute(image, None)
-        if not keypoints:
+        corners = detector.detect(image, None)
+        strengths = np.array([corner.response for corner in corners])
+        chosen = spread(_pixels(corners), strengths, self._count, _CELL, image.shape[1] // _CELL + 1)
+        kept, descriptors = detector.compute(image, [corners[i] for i in chosen])
+        if descriptors is None:
             return Features(np.empty((0, 2)), np.empty(0, np.int64), np.empty((0, 4), np.uint64))
-        table = np.array([(*point.pt, point.octave, point.response) for point in keypoints])
-        chosen = spread(table[:, :2], table[:, 3], self._count, _CELL, image.shape[1] // _CELL + 1)
-        return Features(
-            np.ascontiguousarray(table[chosen, :2]),
-            table[chosen, 2].astype(np.int64),
-            as_words(descriptors[chosen]),
-        )
+        return Features(_pixels(kept), np.array([corner.octave for corner in kept]), as_words(descriptors))
+
+
+def _pixels(corners: Any) -> FloatArray:
+    """(N, 2) u, v of OpenCV's key points."""
+    import cv2
+
+    return np.asarray(cv2.KeyPoint.convert(corners), np.float64).reshape(-1, 2)
 
 
 def spread(pixels: FloatArray, strengths: FloatArray, count: int, cell: int, columns: int) -> Ints:
