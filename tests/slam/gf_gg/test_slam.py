@@ -139,3 +139,19 @@ def test_colour_pictures_are_followed_like_grey_ones(follow):
     grey = follow(SHORT[:20])
     found = follow(SHORT[:20], lambda pair, n: StereoImages(pair.stamp, color(pair.left), color(pair.right)))
     assert found.bytes == grey.bytes
+
+
+def test_a_map_that_would_begin_nobody_knows_where_does_not_begin(follow):
+    """The lens is covered for the first seconds, and the robot may have gone anywhere."""
+    found = follow(
+        SHORT, lambda pair, n: pair if n > 2 * RATE else StereoImages(pair.stamp, 0 * pair.left, 0 * pair.right)
+    )
+    assert set(found.statuses[RATE + 1 :]) == {"lost"}
+
+
+def test_a_map_may_begin_a_moment_late(follow):
+    found = follow(
+        [30] * 60, lambda pair, n: pair if n > 5 else StereoImages(pair.stamp, 0 * pair.left, 0 * pair.right)
+    )
+    assert found.statuses[:6] == ["starting"] * 6
+    assert found.statuses[7] == "tracking"

@@ -19,6 +19,11 @@ class Motion:
         self._T_base_camera = T_base_camera
         self._step = np.eye(4)
 
+    @property
+    def by_wheels(self) -> bool:
+        """Whether the wheels tell where the camera goes."""
+        return len(self._wheels) > 0
+
     def hear(self, sample: WheelOdometry) -> None:
         """Keep the newest of the wheels."""
         if self._T_base_camera is not None:
@@ -27,7 +32,7 @@ class Motion:
     def expected(self, since: int, stamp: int) -> list[FloatArray]:
         """(4, 4) `T_then_now` of the camera between two stamps, ns: what is likeliest, and what else it may be."""
         motions = self._velocity.motions(since, stamp)
-        if self._T_base_camera is None or not len(self._wheels):
+        if self._T_base_camera is None or not self.by_wheels:
             return motions
         then, now = self._wheels.at(since), self._wheels.at(stamp)
         T_then_now = (then.inverse() @ now).matrix()
