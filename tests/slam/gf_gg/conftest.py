@@ -13,7 +13,7 @@ from taskslam.slam.methods.gf_gg import GfGg
 from taskslam.world.loading import load_world
 
 pytest.importorskip("cv2", reason="needs the extra `gf-gg`")
-SECONDS = 10
+SECONDS = 8
 _BEAT = 100_000_000
 
 

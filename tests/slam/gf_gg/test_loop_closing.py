@@ -41,7 +41,7 @@ def see(wall, angle):
 
 def turn(wall, **options):
     """Heading and position after a whole turn and a bit, and the loops closed."""
-    settings = GfGgSettings(features=400, full_frames=10**3, **options)
+    settings = GfGgSettings(features=400, full_frames=10**3, keyframe_gap=2, **options)
     slam = GfGgSlam(settings, WRONG, WIDTH, HEIGHT, Motion(0.0))
     for n in range(STEPS + 12):
         outcome = slam.process(*see(wall, 2 * np.pi * n / STEPS), n * NANOSECONDS // 15)

@@ -36,7 +36,6 @@ class GfGgSettings(BaseModel):
     graph_threshold: Annotated[int, Field(ge=2, le=200)] = 30
     graph_cap: Annotated[int, Field(ge=2, le=200)] = 60
     virtual_frame_ahead: Annotated[int, Field(ge=0, le=100)] = 15  # frames; 0: without
-    full_frames: Annotated[int, Field(ge=0, le=1000)] = 30
     odometry_prior: bool = False
 
     # ORB-SLAM2 (the paper, and the constants of its authors' release).
@@ -60,6 +59,7 @@ class GfGgSettings(BaseModel):
     loop_consistency: Count = 3
 
     # Ours.
+    full_frames: Annotated[int, Field(ge=0, le=1000)] = 30  # before good features are chosen
     keyframe_gap: Count = 6  # frames: what ORB-SLAM2's mapping thread, being busy, sees to
     velocity_blend: Fraction = 0.0
     largest_depth: Positive = 40.0
