@@ -43,7 +43,10 @@ def test_features_are_opencvs_and_reach_into_weak_texture(picture):
     features = OrbExtractor(200, 1.2, 8, 20, 7).find(picture)
     assert len(features.pixels) == 200
     keypoints, descriptors = cv2.ORB.create(2000, 1.2, 8, 19, fastThreshold=20).detectAndCompute(picture, None)
-    known = {(*point.pt, point.octave): row.tobytes() for point, row in zip(keypoints, descriptors, strict=True)}
+    known = {}
+    for point, row in zip(keypoints, descriptors, strict=True):
+        half = 0.5 * (1.2**point.octave - 1.0)
+        known[point.pt[0] + half, point.pt[1] + half, point.octave] = row.tobytes()
     for pixel, octave, words in zip(
         features.pixels.tolist(), features.octaves.tolist(), features.descriptors, strict=True
     ):

@@ -37,7 +37,7 @@ class OrbExtractor:
         import cv2  # not a dependency of the core
 
         cv2.setNumThreads(1)
-        self._count = count
+        self._count, self._scale = count, scale
         self._detectors: list[Any] = [
             cv2.ORB.create(
                 nfeatures=_CROWD * count, scaleFactor=scale, nlevels=levels, edgeThreshold=_EDGE, fastThreshold=at
@@ -59,7 +59,13 @@ class OrbExtractor:
         kept, descriptors = detector.compute(image, [corners[i] for i in chosen])
         if descriptors is None:
             return Features(np.empty((0, 2)), np.empty(0, np.int64), np.empty((0, 4), np.uint64))
-        return Features(_pixels(kept), np.array([corner.octave for corner in kept]), as_words(descriptors))
+        octaves = np.array([corner.octave for corner in kept])
+        return Features(self._centred(_pixels(kept), octaves), octaves, as_words(descriptors))
+
+    def _centred(self, pixels: FloatArray, octaves: Ints) -> FloatArray:
+        """OpenCV scales whole coordinates of a coarse level; it is its pixels' corners that were scaled."""
+        centred: FloatArray = pixels + 0.5 * (self._scale**octaves - 1.0)[:, None]
+        return centred
 
 
 def _pixels(corners: Any) -> FloatArray:
