@@ -1,6 +1,7 @@
-"""The made-up views of the tests of `slam/vision`."""
+"""The made-up views of `vision/synthetic.py` and the scene of `stereo_scene.py`."""
 
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "vision"))
