@@ -6,7 +6,7 @@ import numpy as np
 
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.measurements import WheelOdometry
-from taskslam.slam.dsol.prediction import Prediction
+from taskslam.slam.vision.prediction import Prediction
 from taskslam.slam.karto.odometry_history import OdometryHistory
 
 
