@@ -6,8 +6,8 @@ import numpy as np
 
 from taskslam.geometry import FloatArray, invert_se3
 from taskslam.measurements import WheelOdometry
-from taskslam.slam.vision.prediction import Prediction
 from taskslam.slam.karto.odometry_history import OdometryHistory
+from taskslam.slam.vision.prediction import Prediction
 
 
 class Motion:
