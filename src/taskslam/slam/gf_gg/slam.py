@@ -1,8 +1,8 @@
 """`GfGgSlam`: track every pair against the map, and let the map grow where the view has changed.
 
-When it is lost: fewer than `least_inliers` points fit a pose. Such a pair is no measurement; the camera is taken to go
-on as it did for `lost_after` seconds, and is lost then, standing, until a pair is tracked or a keyframe is recognised.
-A camera whose pictures are noisy, and repeat each other byte for byte, is frozen: they are no measurement either.
+When it is lost: fewer than `least_inliers` points fit a pose. What becomes of such a pair, `vision/vigil.py` tells;
+lost, it is looked for in the keyframes, too. The map is never given up. A camera whose pictures are noisy, and repeat
+each other byte for byte, is frozen: they are no measurement either.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.geometry import FloatArray, invert_se3
-from taskslam.measurements import NANOSECONDS
 from taskslam.slam.base import Status
 from taskslam.slam.gf_gg.frame import Frame, FrameMaker
 from taskslam.slam.gf_gg.keyframe_map import KeyframeMap
@@ -24,6 +23,8 @@ from taskslam.slam.gf_gg.places import Places
 from taskslam.slam.gf_gg.settings import GfGgSettings
 from taskslam.slam.gf_gg.tracking import Tracker
 from taskslam.slam.vision.pinhole import Pinhole
+from taskslam.slam.vision.pyramid import Pyramid, same_pictures
+from taskslam.slam.vision.vigil import Vigil
 
 _LEAST_FIRST = 100  # features with a depth that begin a map
 _LEAST_MATCHED = 0.25  # of all features; those of swapped pictures match by chance alone
@@ -62,21 +63,22 @@ class GfGgSlam:
         self._frames = self._keyframe_at = 0
         self._T_world_camera = np.eye(4)
         self._stamp: int | None = None
-        self._fitted_at: int | None = None
-        self._before: tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]] | None = None
+        self._vigil = Vigil(s.lost_after, _PATIENCE_S)
+        self._before: tuple[Pyramid, Pyramid] | None = None
 
     def process(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8], stamp: int) -> Outcome:
         """Take in a pair of (H, W) or (H, W, 3) images, stamped in ns, after those before."""
         self._frames += 1
-        frozen = self._repeats(left, right)
+        pair = (left.copy(),), (right.copy(),)
+        frozen, self._before = self._noisy and same_pictures(self._before, pair), pair
         frame = self._maker.make(left, right, stamp)
-        self._fitted_at = stamp if self._fitted_at is None else self._fitted_at
         self._stamp = stamp if self._stamp is None else self._stamp
         since, self._stamp = self._stamp, stamp
         motions = self.motion.expected(since, stamp)
         if self._last is None:
             return self._wait(frame, motions[0], frozen)
-        lost = self._is_lost(stamp)
+        status = self._vigil.misses(stamp)
+        lost = status is Status.LOST
         inliers = 0
         if not frozen:
             select = self._settings.good_features and self._frames > self._settings.full_frames
@@ -85,9 +87,11 @@ class GfGgSlam:
             if not inliers and lost:
                 inliers = self._tracker.relocalise(frame)
         if not inliers:
-            if not lost:
+            if lost:
+                self.motion.rest()
+            else:
                 self._T_world_camera = self._T_world_camera @ motions[0]
-            return self._outcome(stamp)
+            return Outcome(self._T_world_camera, status)
         self.motion.learn(invert_se3(self._T_world_camera) @ invert_se3(frame.T_camera_world), since, stamp, lost)
         added = self._wants_keyframe(frame, inliers)
         if added:
@@ -100,13 +104,12 @@ class GfGgSlam:
         That is so at the start, and as long as the wheels are heard; a map that began later would begin at a place that
         nobody knows.
         """
-        assert self._fitted_at is not None
         self._T_world_camera = self._T_world_camera @ motion
-        waited = frame.stamp - self._fitted_at >= _PATIENCE_S * NANOSECONDS
+        status = self._vigil.misses(frame.stamp)
         matched = int(np.count_nonzero(np.isfinite(frame.features.seen[:, 2])))
         enough = matched >= max(_LEAST_FIRST, _LEAST_MATCHED * len(frame))
-        if frozen or not enough or (waited and not self.motion.by_wheels):
-            return Outcome(self._T_world_camera, Status.LOST if waited else Status.STARTING)
+        if frozen or not enough or (status is Status.LOST and not self.motion.by_wheels):
+            return Outcome(self._T_world_camera, status)
         frame.T_camera_world = invert_se3(self._T_world_camera)
         self._add_keyframe(frame)
         return self._fitted(frame, 0, True)
@@ -143,23 +146,7 @@ class GfGgSlam:
         self._tracker.reference, self._keyframe_at = k, self._frames
 
     def _fitted(self, frame: Frame, inliers: int, added: bool) -> Outcome:
-        self._last, self._fitted_at = frame, frame.stamp
+        self._last = frame
+        self._vigil.fits(frame.stamp)
         self._T_world_camera = invert_se3(frame.T_camera_world)
         return Outcome(self._T_world_camera, Status.TRACKING, inliers, added)
-
-    def _is_lost(self, stamp: int) -> bool:
-        assert self._fitted_at is not None
-        return stamp - self._fitted_at >= self._settings.lost_after * NANOSECONDS
-
-    def _outcome(self, stamp: int) -> Outcome:
-        """Of a pair that was not tracked."""
-        if self._is_lost(stamp):
-            self.motion.rest()
-            return Outcome(self._T_world_camera, Status.LOST)
-        return Outcome(self._T_world_camera, Status.TRACKING)
-
-    def _repeats(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8]) -> bool:
-        before, self._before = self._before, (left.copy(), right.copy())
-        return (
-            self._noisy and before is not None and np.array_equal(before[0], left) and np.array_equal(before[1], right)
-        )

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from taskslam.measurements import NANOSECONDS
 from taskslam.slam.gf_gg.motion import Motion
 from taskslam.slam.gf_gg.settings import GfGgSettings
 from taskslam.slam.gf_gg.slam import GfGgSlam
-from taskslam.slam.vision.pinhole import Pinhole
+from taskslam.slam.vision.made_up_drive import PINHOLE, SIDE, made_up_pair
+from taskslam.slam.vision.pyramid import GreyImage
 
-_SIDE, _BLOCK, _DISPARITY, _STEP, _PAIRS = 256, 8, 8, 6, 16
+_STEP, _PAIRS = 6, 16  # pixels sideways from pair to pair
 _EVERYTHING = {
     "features": 300,
     "least_inliers": 15,
@@ -32,27 +32,17 @@ _EVERYTHING = {
 
 def warm_up(settings: GfGgSettings) -> GfGgSlam:
     """Go through all that a drive may ask for, so that no real pair waits for compilation; returns what was made."""
-    slam = GfGgSlam(
-        settings.model_copy(update=_EVERYTHING), Pinhole(160.0, _SIDE / 2, _SIDE / 2, 0.1), _SIDE, _SIDE, Motion(0.0)
-    )
-    for left, right, stamp in made_up_drive():
+    slam = GfGgSlam(settings.model_copy(update=_EVERYTHING), PINHOLE, SIDE, SIDE, Motion(0.0))
+    for left, right, stamp in _drive():
         slam.process(left, right, stamp)
     return slam
 
 
-def made_up_drive() -> Iterator[tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], int]]:
-    """Left and right pictures and stamps, ns: sideways along tiles, a second of darkness, and the second view again."""
-    tiles = np.random.Generator(np.random.PCG64(0)).integers(0, 256, (_SIDE // _BLOCK, 2 * _SIDE // _BLOCK))
-    wall = np.kron(tiles, np.ones((_BLOCK, _BLOCK))).astype(np.uint8)
-    views = [_STEP * number for number in range(_PAIRS)]
+def _drive() -> Iterator[tuple[GreyImage, GreyImage, int]]:
+    """Pairs and stamps, ns: sideways along the wall, a second of darkness, and the second view again."""
     period = NANOSECONDS // 30
-    for number, at in enumerate(views):
-        yield wall[:, at : at + _SIDE], wall[:, at + _DISPARITY : at + _DISPARITY + _SIDE], number * period
-    dark = np.zeros((_SIDE, _SIDE), np.uint8)
+    for number in range(_PAIRS):
+        yield *made_up_pair(_STEP * number), number * period
+    dark = np.zeros((SIDE, SIDE), np.uint8)
     yield dark, dark, _PAIRS * period + NANOSECONDS
-    at = views[1]
-    yield (
-        wall[:, at : at + _SIDE],
-        wall[:, at + _DISPARITY : at + _DISPARITY + _SIDE],
-        _PAIRS * period + 2 * NANOSECONDS,
-    )
+    yield *made_up_pair(_STEP), _PAIRS * period + 2 * NANOSECONDS
