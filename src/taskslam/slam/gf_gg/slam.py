@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.geometry import FloatArray, invert_se3
+from taskslam.measurements import Measurement, WheelOdometry
 from taskslam.slam.base import Status
 from taskslam.slam.gf_gg.frame import Frame, FrameMaker
 from taskslam.slam.gf_gg.keyframe_map import KeyframeMap
@@ -65,6 +66,11 @@ class GfGgSlam:
         self._stamp: int | None = None
         self._vigil = Vigil(s.lost_after, _PATIENCE_S)
         self._before: tuple[Pyramid, Pyramid] | None = None
+
+    def hear(self, measurement: Measurement) -> None:
+        """Take in wheel odometry, stamped after that before; pass over all else."""
+        if isinstance(measurement, WheelOdometry):
+            self.motion.hear(measurement)
 
     def process(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8], stamp: int) -> Outcome:
         """Take in a pair of (H, W) or (H, W, 3) images, stamped in ns, after those before."""

@@ -28,10 +28,10 @@ from taskslam.measurements import Sensor
 from taskslam.robot import StereoCamera
 from taskslam.slam.base import Kind, MapMode, MethodCard
 from taskslam.slam.dsol.settings import DsolSettings
-from taskslam.slam.methods.stereo_odometry import StereoOdometryMethod, StereoTracker
+from taskslam.slam.methods.stereo_method import StereoMethod, StereoTracker
 
 
-class Dsol(StereoOdometryMethod):
+class Dsol(StereoMethod):
     """Direct sparse stereo odometry. Options: the fields of `DsolSettings`."""
 
     card: ClassVar[MethodCard] = MethodCard(

@@ -26,25 +26,18 @@ Where it differs from the published method, and why:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-import numpy as np
-
-from taskslam.errors import InputError
-from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
-from taskslam.measurements import Measurement, Sensor, StereoImages, WheelOdometry
-from taskslam.robot import SensorRig
-from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod
+from taskslam.geometry import FloatArray
+from taskslam.measurements import Sensor
+from taskslam.robot import StereoCamera
+from taskslam.slam.base import Kind, MapMode, MethodCard
 from taskslam.slam.gf_gg.settings import GfGgSettings
+from taskslam.slam.methods.stereo_method import StereoMethod, StereoTracker
 from taskslam.slam.registry import unavailable
 
-if TYPE_CHECKING:
-    from taskslam.slam.gf_gg.slam import GfGgSlam
 
-_LEAST_SIDE = 120  # pixels: fifteen on the coarsest level of the stereo matcher
-
-
-class GfGg(SlamMethod):
+class GfGg(StereoMethod):
     """Stereo SLAM. Options: the fields of `GfGgSettings`."""
 
     card: ClassVar[MethodCard] = MethodCard(
@@ -63,54 +56,22 @@ class GfGg(SlamMethod):
         extra="gf-gg",
     )
 
+    levels = 4  # of the stereo matcher's pyramid; the options count those of the ORB features
+
     def __init__(self, **options: object) -> None:
         self._settings = GfGgSettings.from_options(options)
-        self._slam: GfGgSlam | None = None
 
-    def start(self, rig: SensorRig) -> None:
-        """Begin with an empty map.
-
-        Raises:
-            InputError: no stereo camera, or pictures too small.
-            MethodUnavailableError: OpenCV is not installed.
-        """
-        if rig.stereo is None:
-            raise InputError("gf_gg needs a stereo camera, and this robot's sensor rig has none (rig.stereo)")
-        camera, s = rig.stereo, self._settings
-        if min(camera.width, camera.height) < _LEAST_SIDE:
-            raise InputError(
-                f"gf_gg: pictures of {camera.width} x {camera.height} are too small; expected at least {_LEAST_SIDE}"
-                f" pixels a side"
-            )
+    def make_tracker(self, camera: StereoCamera, R_camera_imu: FloatArray | None) -> StereoTracker:  # noqa: ARG002
+        """With an empty map, compiled by a made-up drive. Raises MethodUnavailableError: OpenCV is not installed."""
         from taskslam.slam.gf_gg.motion import Motion  # numba comes with these: not to read a card
         from taskslam.slam.gf_gg.slam import GfGgSlam
         from taskslam.slam.gf_gg.warm_up import warm_up
         from taskslam.slam.vision.pinhole import Pinhole
 
+        s = self._settings
         try:
             warm_up(s)
         except ModuleNotFoundError as error:
             raise unavailable(self.card.name, self.card, error) from error
-        self._T_base_camera: FloatArray = camera.mount.matrix() @ OPTICAL_IN_BODY
-        self._T_camera_base: FloatArray = np.linalg.inv(self._T_base_camera)
-        self._shape = (camera.height, camera.width)
         motion = Motion(s.velocity_blend, self._T_base_camera if s.odometry_prior else None)
-        noisy = camera.noise > 0
-        self._slam = GfGgSlam(s, Pinhole.of(camera), camera.width, camera.height, motion, noisy)
-
-    def feed(self, measurement: Measurement) -> PoseEstimate | None:
-        """A live pose for every pair, else None. Raises InputError: pictures of another size than the rig's."""
-        if self._slam is None:
-            raise InputError("gf_gg: call start before feed")
-        if isinstance(measurement, WheelOdometry):
-            self._slam.motion.hear(measurement)
-        if not isinstance(measurement, StereoImages):
-            return None
-        if not measurement.left.shape[:2] == measurement.right.shape[:2] == self._shape:
-            raise InputError(
-                f"gf_gg: pictures of {measurement.left.shape[:2]} and {measurement.right.shape[:2]} pixels, rows first;"
-                f" expected {self._shape} of both, as the sensor rig says"
-            )
-        outcome = self._slam.process(measurement.left, measurement.right, measurement.stamp)
-        T_start_base = self._T_base_camera @ outcome.T_world_camera @ self._T_camera_base
-        return PoseEstimate(measurement.stamp, T_start_base, outcome.status)
+        return GfGgSlam(s, Pinhole.of(camera), camera.width, camera.height, motion, noisy=camera.noise > 0)

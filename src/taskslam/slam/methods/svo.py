@@ -25,12 +25,12 @@ from taskslam.geometry import FloatArray
 from taskslam.measurements import Sensor
 from taskslam.robot import StereoCamera
 from taskslam.slam.base import Kind, MapMode, MethodCard
-from taskslam.slam.methods.stereo_odometry import StereoOdometryMethod, StereoTracker
+from taskslam.slam.methods.stereo_method import StereoMethod, StereoTracker
 from taskslam.slam.option_settings import read_options
 from taskslam.slam.svo.settings import SvoSettings
 
 
-class Svo(StereoOdometryMethod):
+class Svo(StereoMethod):
     """Semi-direct stereo odometry. Options: the fields of `SvoSettings`."""
 
     card: ClassVar[MethodCard] = MethodCard(

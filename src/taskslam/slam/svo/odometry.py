@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.geometry import FloatArray, invert_se3
+from taskslam.measurements import ImuSamples, Measurement
 from taskslam.slam.base import Status
 from taskslam.slam.bundle.pose_only import refine_pose
 from taskslam.slam.svo.depth_filter import observe, start_depths
@@ -73,6 +74,11 @@ class SvoOdometry:
         self._before: tuple[Pyramid, Pyramid] | None = None
         self._stamp: int | None = None
         self._vigil = Vigil(s.lost_after, s.reinit_after)
+
+    def hear(self, measurement: Measurement) -> None:
+        """Take in inertial samples, stamped after those before; pass over all else."""
+        if isinstance(measurement, ImuSamples):
+            self.prediction.hear(measurement)
 
     def process(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8], stamp: int) -> Outcome:
         """Take in a pair of (H, W) or (H, W, 3) images, stamped in ns, after those before."""

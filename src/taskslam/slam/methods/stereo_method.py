@@ -1,21 +1,18 @@
-"""What our stereo odometries have in common as guests: the camera of the rig, its size, its mount, and the gyro's."""
+"""What our stereo methods have in common as guests: the camera of the rig, its size, its mount, and the gyro's."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from taskslam.errors import InputError
 from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
-from taskslam.measurements import ImuSamples, Measurement, StereoImages
+from taskslam.measurements import Measurement, StereoImages
 from taskslam.robot import SensorRig, StereoCamera
 from taskslam.slam.base import PoseEstimate, SlamMethod, Status
-
-if TYPE_CHECKING:
-    from taskslam.slam.vision.prediction import Prediction
 
 _LEAST_SIDE = 15  # pixels on the coarsest level: the window of the stereo matcher and room to move it
 
@@ -33,16 +30,20 @@ class Found(Protocol):
 
 
 class StereoTracker(Protocol):
-    """A stereo odometry at work."""
+    """A stereo method at work."""
 
-    prediction: Prediction
+    def hear(self, measurement: Measurement) -> None:
+        """Take in what says how the camera moves between two pairs, if it is used; pass over all else."""
 
     def process(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8], stamp: int) -> Found:
         """Take in a pair of (H, W) or (H, W, 3) images, stamped in ns, after those before."""
 
 
-class StereoOdometryMethod(SlamMethod):
-    """A method around a `StereoTracker`. levels: of its pyramid; gyro: whether the IMU, if there is one, is heard."""
+class StereoMethod(SlamMethod):
+    """A method around a `StereoTracker`.
+
+    levels: of the pyramid that disparities come from; gyro: whether the IMU, if there is one, is heard.
+    """
 
     levels: int
     gyro: bool = False
@@ -71,13 +72,12 @@ class StereoOdometryMethod(SlamMethod):
         self._tracker = self.make_tracker(camera, R_camera_imu)
 
     def feed(self, measurement: Measurement) -> PoseEstimate | None:
-        """A live pose for every pair; None for the IMU. Raises InputError: pictures of another size than the rig's."""
+        """A live pose for every pair, else None. Raises InputError: pictures of another size than the rig's."""
         name, tracker = self.card.name, self._tracker
         if tracker is None:
             raise InputError(f"{name}: call start before feed")
-        if isinstance(measurement, ImuSamples):
-            tracker.prediction.hear(measurement)
         if not isinstance(measurement, StereoImages):
+            tracker.hear(measurement)
             return None
         if not measurement.left.shape[:2] == measurement.right.shape[:2] == self._shape:
             raise InputError(
