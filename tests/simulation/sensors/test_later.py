@@ -9,6 +9,7 @@ from taskslam.measurements import Measurement
 from taskslam.robot import load_robot
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.camera import StereoCameraSensor
+from taskslam.simulation.sensors.later import WhileStanding
 from taskslam.simulation.sensors.rgbd import RgbdCameraSensor
 from taskslam.slam.guest.latency import Schedule
 from taskslam.world.loading import load_world
@@ -78,6 +79,6 @@ def test_a_robot_that_stands_sees_the_same_with_fresh_noise(
     assert len(set(frames)) == 4
     afresh = []
     for k, motion in enumerate(motions):  # as if the robot had never stood still
-        moved._seen = None
+        moved._standing = WhileStanding()
         afresh.append(pixels(moved.measure(k * PERIOD, motion)))
     assert frames == afresh

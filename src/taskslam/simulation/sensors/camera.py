@@ -15,7 +15,7 @@ from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.rasterizer import Pinhole
 from taskslam.simulation.rendering.scene import Scene, View
 from taskslam.simulation.sensors.exposure import exposure_of
-from taskslam.simulation.sensors.later import LaterStereoImages
+from taskslam.simulation.sensors.later import LaterStereoImages, WhileStanding
 from taskslam.simulation.sensors.read_noise import develop
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
@@ -44,7 +44,7 @@ class StereoCameraSensor:
         self._T_base_cameras = (mount @ OPTICAL_IN_BODY, mount @ right @ OPTICAL_IN_BODY)
         self._beside = ThreadPoolExecutor(1, "right-eye")
         self._exposure = exposure_of(camera)
-        self._seen: tuple[SE2, tuple[View, View]] | None = None
+        self._standing = WhileStanding[tuple[View, View]]()
         self.reset(0)
 
     @classmethod
@@ -63,7 +63,7 @@ class StereoCameraSensor:
         keys = [int(one.integers(0, 2**64, dtype=np.uint64)) for one in self._streams]
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
-            left, right = self._views_from(SE2(x, y, theta))
+            left, right = self._standing.seen(SE2(x, y, theta), self.views)
             gain = self._exposure.gain(left.radiance_root)
             first, second = (
                 develop(view.radiance_root, gain, self._noise, key)
@@ -81,9 +81,3 @@ class StereoCameraSensor:
         left, right = (T_world_base @ T_base_camera for T_base_camera in self._T_base_cameras)
         drawn_beside = self._beside.submit(self._scene.view, right, self._pinhole)
         return self._scene.view(left, self._pinhole), drawn_beside.result()
-
-    def _views_from(self, pose: SE2) -> tuple[View, View]:
-        """While the robot stands, it sees the same."""
-        if self._seen is None or self._seen[0] != pose:
-            self._seen = pose, self.views(pose.matrix())
-        return self._seen[1]

@@ -1,4 +1,6 @@
-"""Frames that are drawn when somebody first looks at them: one that a busy method drops is then never drawn.
+"""Frames are drawn when somebody first looks at them, and once while the robot stands.
+
+One that a busy method drops is then never drawn.
 
 A frame's noise is decided when the frame is taken, so whether and when it is drawn changes nothing.
 """
@@ -7,50 +9,56 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
+from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import Measurement, RgbdImages, StereoImages
 
-Grey = npt.NDArray[np.uint8]
+
+class _Later(Measurement):
+    """What `draw` will return, asked once."""
+
+    __slots__ = ()
+    _draw: Callable[[], tuple[Any, Any]]
+
+    def __init__(self, stamp: int, draw: Callable[[], tuple[Any, Any]]) -> None:
+        for name, value in (("stamp", stamp), ("_draw", cache(draw))):
+            object.__setattr__(self, name, value)  # a measurement is frozen
+
+    def work_out(self) -> None:
+        """Draw, if that is still to be done."""
+        self._draw()
 
 
-class LaterStereoImages(StereoImages):
-    """A pair as `draw` will return it."""
+class LaterStereoImages(_Later, StereoImages):
+    """A pair: left and right."""
 
     __slots__ = ("_draw",)
-    _draw: Callable[[], tuple[Grey, Grey]]
-
-    def __init__(self, stamp: int, draw: Callable[[], tuple[Grey, Grey]]) -> None:
-        _keep(self, stamp=stamp, _draw=cache(draw))
 
     left = property(lambda self: self._draw()[0])
     right = property(lambda self: self._draw()[1])
 
-    def work_out(self) -> None:
-        """Draw, if that is still to be done."""
-        self._draw()
 
-
-class LaterRgbdImages(RgbdImages):
-    """An image and its depth as `draw` will return them."""
+class LaterRgbdImages(_Later, RgbdImages):
+    """An image and its depth."""
 
     __slots__ = ("_draw",)
-    _draw: Callable[[], tuple[Grey, npt.NDArray[np.float32]]]
-
-    def __init__(self, stamp: int, draw: Callable[[], tuple[Grey, npt.NDArray[np.float32]]]) -> None:
-        _keep(self, stamp=stamp, _draw=cache(draw))
 
     image = property(lambda self: self._draw()[0])
     depth = property(lambda self: self._draw()[1])
 
-    def work_out(self) -> None:
-        """Draw, if that is still to be done."""
-        self._draw()
+
+Seen = TypeVar("Seen")
 
 
-def _keep(measurement: Measurement, **values: Any) -> None:
-    for name, value in values.items():
-        object.__setattr__(measurement, name, value)  # a measurement is frozen
+class WhileStanding(Generic[Seen]):
+    """What `look` sees from the last pose of the base: while the robot stands, it sees the same."""
+
+    def __init__(self) -> None:
+        self._last: tuple[SE2, Seen] | None = None
+
+    def seen(self, pose: SE2, look: Callable[[FloatArray], Seen]) -> Seen:
+        """From a pose of the base in `map`; look: takes it as a (4, 4) matrix."""
+        if self._last is None or self._last[0] != pose:
+            self._last = pose, look(pose.matrix())
+        return self._last[1]

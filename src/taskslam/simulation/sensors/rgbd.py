@@ -21,7 +21,7 @@ from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.scene import Scene, View, depth_image
 from taskslam.simulation.sensors.camera import pinhole_of
 from taskslam.simulation.sensors.exposure import exposure_of
-from taskslam.simulation.sensors.later import LaterRgbdImages
+from taskslam.simulation.sensors.later import LaterRgbdImages, WhileStanding
 from taskslam.simulation.sensors.read_noise import develop
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
@@ -41,7 +41,7 @@ class RgbdCameraSensor:
         self._pinhole = pinhole_of(camera)
         self._T_base_camera = camera.mount.matrix() @ OPTICAL_IN_BODY
         self._exposure = exposure_of(camera)
-        self._seen: tuple[SE2, View] | None = None
+        self._standing = WhileStanding[View]()
         self.reset(0)
 
     @classmethod
@@ -62,7 +62,7 @@ class RgbdCameraSensor:
         draws = self._depth_noise.standard_normal((self._pinhole.height, self._pinhole.width), dtype=np.float32)
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-            view = self._view_from(SE2(x, y, theta))
+            view = self._standing.seen(SE2(x, y, theta), self.view)
             gain = self._exposure.gain(view.radiance_root)
             image = develop(view.radiance_root, gain, self._camera.noise, key)
             return image, measured_depth(depth_image(view), draws, self._camera)
@@ -75,12 +75,6 @@ class RgbdCameraSensor:
     def view(self, T_world_base: FloatArray) -> View:
         """What it sees, before exposure and noise, with the base at `T_world_base` (4, 4)."""
         return self._scene.view(T_world_base @ self._T_base_camera, self._pinhole)
-
-    def _view_from(self, pose: SE2) -> View:
-        """While the robot stands, it sees the same."""
-        if self._seen is None or self._seen[0] != pose:
-            self._seen = pose, self.view(pose.matrix())
-        return self._seen[1]
 
 
 def measured_depth(
