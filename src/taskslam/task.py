@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from taskslam.field_types import Positive
 from taskslam.geometry import SE2
 from taskslam.mode import Mode as Mode
 
@@ -17,7 +18,6 @@ BUILTIN_PLANNER = "teb"
 """The local planner of a scenario that names none, and of all runs before there was a choice."""
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1e7, le=1e7)]  # m, as far as a national grid reaches; rad
 
 MOST_ROUNDS, MOST_GOALS = 1000, 10_000

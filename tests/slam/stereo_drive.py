@@ -56,24 +56,30 @@ class Followed:
 
 @pytest.fixture(scope="session")
 def follow_stereo(stereo_drive):
+    """For a class of methods: what feeds one, made with options; change: what becomes of the number-th pair, or of IMU
+    samples (number None).
+    """
     drive = stereo_drive
-    """Feeds a method; change: what becomes of the number-th pair, or of IMU samples (number None)."""
 
-    def run(method, change=lambda measurement, number: measurement, rig=None):
-        method.start(rig or drive.rig)
-        estimates, number = [], 0
-        for measurement in drive.measurements:
-            is_pair = isinstance(measurement, StereoImages)
-            fed = change(measurement, number if is_pair else None)
-            number += is_pair
-            answer = None if fed is None else method.feed(fed)
-            if answer is not None:
-                estimates.append(answer)
-        errors = [
-            drive.truth[e.stamp].distance_to(SE2.from_matrix(e.T_start_base))
-            for e in estimates
-            if e.status == "tracking" and e.stamp in drive.truth
-        ]
-        return Followed(estimates, np.array(errors))
+    def of(kind):
+        def run(change=lambda measurement, number: measurement, rig=None, **options):
+            method = kind(**options)
+            method.start(rig or drive.rig)
+            estimates, number = [], 0
+            for measurement in drive.measurements:
+                is_pair = isinstance(measurement, StereoImages)
+                fed = change(measurement, number if is_pair else None)
+                number += is_pair
+                answer = None if fed is None else method.feed(fed)
+                if answer is not None:
+                    estimates.append(answer)
+            errors = [
+                drive.truth[e.stamp].distance_to(SE2.from_matrix(e.T_start_base))
+                for e in estimates
+                if e.status == "tracking" and e.stamp in drive.truth
+            ]
+            return Followed(estimates, np.array(errors))
 
-    return run
+        return run
+
+    return of

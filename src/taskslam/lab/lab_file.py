@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from taskslam.errors import InputError
+from taskslam.field_types import Positive
 from taskslam.geometry import FloatArray
 from taskslam.lab.robot import Sway
 from taskslam.realworld.cameras.camera_model import Camera
@@ -26,7 +27,6 @@ _LABS = Shipped("lab", "taskslam.lab", "labs", InputError)
 Share = Annotated[float, Field(ge=0, lt=1)]
 Seconds = Annotated[float, Field(ge=0, le=600)]
 Height = Annotated[float, Field(gt=0, le=30)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-][A-Za-z0-9_.-]*$")]
 
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from taskslam.robot.parts import NonNegative, Part
+from taskslam.field_types import NonNegative
+from taskslam.robot.parts import Part
 
 
 class OdometerImperfections(Part):

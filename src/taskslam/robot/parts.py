@@ -12,10 +12,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from taskslam.field_types import NonNegative, Positive
 from taskslam.geometry import FloatArray, pose_from_xyz_rpy
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Rate = Annotated[float, Field(gt=0, le=100_000)]  # Hz
 Vector3 = tuple[float, float, float]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from taskslam.robot.parts import Camera, NonNegative, Positive
+from taskslam.field_types import NonNegative, Positive
+from taskslam.robot.parts import Camera
 
 
 class RgbdCamera(Camera):

@@ -20,9 +20,10 @@ from pydantic import (
 )
 
 from taskslam.errors import RobotError
+from taskslam.field_types import NonNegative, Positive
 from taskslam.plugins import registered
 from taskslam.robot.imperfections import Imperfections
-from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, NonNegative, Odometer, Part, Positive, StereoCamera
+from taskslam.robot.parts import Imu, Lidar2D, Lidar3D, Odometer, Part, StereoCamera
 from taskslam.robot.rgbd import RgbdCamera
 from taskslam.user_files import Shipped, check
 

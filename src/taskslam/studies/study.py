@@ -29,10 +29,11 @@ from taskslam.datasets.bag_trajectories import is_bag
 from taskslam.datasets.trajectory_files import split_topic
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
+from taskslam.field_types import Positive
 from taskslam.reading import is_file, is_folder
 from taskslam.studies.replayed_sequences import replayed_sequences
 from taskslam.studies.run_names import Grouping, method_names
-from taskslam.task import Positive, TaskUnits
+from taskslam.task import TaskUnits
 from taskslam.user_files import read_model
 
 _GROUND_TRUTH = re.compile(r"ground[_-]?truth|gt", re.IGNORECASE)

@@ -1,28 +1,12 @@
 """Planes through neighbours, and the measurement's derivative against numerical differences."""
 
 import numpy as np
-import pytest
 
 from taskslam.slam.fast_lio2.planes import find_planes, plane_through, residuals
-from taskslam.slam.fast_lio2.state import DIMENSIONS, State, plus
+from taskslam.slam.fast_lio2.state import DIMENSIONS, plus
 from taskslam.slam.fast_lio2.voxel_map import VoxelMap
-from taskslam.slam.inertial.rotations import exp_so3
 
 COLUMNS = [0, 1, 2, 3, 4, 5, 15, 16, 17, 18, 19, 20]
-
-
-@pytest.fixture
-def state() -> State:
-    return State(
-        exp_so3(np.array([0.1, -0.2, 0.7])),
-        np.array([0.5, -0.3, 0.1]),
-        np.array([0.3, 0.0, 0.1]),
-        np.full(3, 1e-3),
-        np.full(3, 1e-2),
-        exp_so3(np.array([0.02, 0.5, -0.03])),
-        np.array([0.015, -0.062, 0.4675]),
-        np.array([0.2, -0.1, -9.8]),
-    )
 
 
 def test_a_plane_through_five_noisy_points_is_that_of_the_singular_values() -> None:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from taskslam.slam.gf_gg.good_graph import log_determinant, select_blocks
+from taskslam.slam.gf_gg.good_graph import select_blocks
+from taskslam.slam.vision.cholesky import log_determinant
 
 
 @pytest.fixture

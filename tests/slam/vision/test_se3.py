@@ -4,7 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from taskslam.slam.vision.se3 import adjoint, exp_se3, exp_so3, log_so3, skew, solve_positive
+from taskslam.slam.vision.cholesky import solve_positive
+from taskslam.slam.vision.se3 import adjoint, exp_se3, exp_so3, log_so3, skew
 
 numbers = st.floats(-1.5, 1.5)
 twists = st.tuples(*[numbers] * 6).map(np.array)

@@ -10,9 +10,10 @@ import numpy as np
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
+from taskslam.slam.vision.cholesky import solve_positive
 from taskslam.slam.vision.direct_alignment import twist_jacobian
 from taskslam.slam.vision.pinhole import Pinhole
-from taskslam.slam.vision.se3 import exp_se3, product, solve_positive
+from taskslam.slam.vision.se3 import exp_se3, product
 
 _LEAST_SCALE = 0.5  # pixels
 _TUKEY = 4.685

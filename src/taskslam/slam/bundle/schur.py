@@ -14,7 +14,7 @@ import numpy as np
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
-from taskslam.slam.vision.se3 import solve_positive
+from taskslam.slam.vision.cholesky import solve_positive
 
 _UNOBSERVED = 1e-3  # information about an inverse depth, m^2, below which it stays what it is
 

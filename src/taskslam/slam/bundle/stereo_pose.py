@@ -12,8 +12,9 @@ import numpy.typing as npt
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 from taskslam.slam.bundle.stereo_residuals import MONO, STEREO, huber, reproject, square
+from taskslam.slam.vision.cholesky import solve_positive
 from taskslam.slam.vision.pinhole import Pinhole
-from taskslam.slam.vision.se3 import exp_se3, product, solve_positive
+from taskslam.slam.vision.se3 import exp_se3, product
 
 _ROUNDS, _STEPS = 4, 10
 _SMALLEST_STEP = 1e-6

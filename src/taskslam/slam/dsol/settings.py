@@ -7,11 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from taskslam.field_types import Fraction, NonNegative, Positive
 from taskslam.slam.option_settings import read_options
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Fraction = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=1, le=100)]
 
 _PRESETS: dict[str, dict[str, Any]] = {"paper": {}, "indoor": {"keyframe_ratio": 0.8}}

@@ -6,9 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Share = Annotated[float, Field(ge=0, le=1)]
+from taskslam.field_types import Fraction, NonNegative, Positive
 
 _INDOOR = {
     "point_filter_num": 2,
@@ -65,7 +63,7 @@ class FastLio2Settings(BaseModel):
     neighbours: Annotated[int, Field(ge=3, le=20)] = 5
     neighbour_distance: Annotated[float, Field(gt=0, le=10)] = 5.0**0.5
     plane_tolerance: Positive = 0.1
-    match_score: Share = 0.9
+    match_score: Fraction = 0.9
     point_cov: Positive = 1e-3
     converged: Positive = 1e-3
 
@@ -74,8 +72,8 @@ class FastLio2Settings(BaseModel):
     deskew: bool = True
     refresh_neighbours: bool = True
     least_points: Annotated[int, Field(ge=6)] = 30
-    least_matched: Share = 0.1
-    least_fit: Share = 0.8
+    least_matched: Fraction = 0.1
+    least_fit: Fraction = 0.8
     largest_correction: Positive = 0.3
     largest_turn: Positive = 0.2
     weakest_direction: NonNegative = 0.0

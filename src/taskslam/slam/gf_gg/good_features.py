@@ -129,7 +129,7 @@ def match_good(
 
 @njit(cache=True)
 def _log_determinant_of_sum(A: FloatArray, B: FloatArray) -> float:
-    """Of two symmetric (6, 6) matrices, by Cholesky; minus infinity where it is not positive definite."""
+    """`cholesky.log_determinant` of the sum of two (6, 6) matrices, written out: in a third of the time."""
     L = np.empty((6, 6))
     product = 1.0
     for i in range(6):

@@ -8,13 +8,12 @@ found by a Cholesky factorisation that goes on where it stood: a row of blocks i
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
+from taskslam.slam.vision.cholesky import log_determinant
 
 Ints = npt.NDArray[np.int64]
 
@@ -69,21 +68,3 @@ def _eliminate(rest: FloatArray, row: int, free: npt.NDArray[np.bool_]) -> None:
                 if k == row or not (free[k // 6] or (k // 6 == own and k > row)):
                     continue
                 rest[i, k] -= factor * rest[row, k]
-
-
-@njit(cache=True)
-def log_determinant(A: FloatArray) -> float:
-    """Of a symmetric (N, N) matrix, by Cholesky; minus infinity where it is not positive definite."""
-    n, total = len(A), 0.0
-    L = A.copy()
-    for j in range(n):
-        for k in range(j):
-            for i in range(j, n):
-                L[i, j] -= L[i, k] * L[j, k]
-        if not L[j, j] > 0.0:
-            return -np.inf
-        total += math.log(L[j, j])
-        root = math.sqrt(L[j, j])
-        for i in range(j, n):
-            L[i, j] /= root
-    return total

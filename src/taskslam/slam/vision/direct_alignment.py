@@ -19,10 +19,11 @@ import numpy.typing as npt
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
+from taskslam.slam.vision.cholesky import solve_positive
 from taskslam.slam.vision.patches import CROSS_X, CROSS_Y, INLIER, PIXELS, UNSEEN, Patches, Weighting, compare
 from taskslam.slam.vision.pinhole import Pinhole
 from taskslam.slam.vision.pyramid import GreyImage, Pyramid, bilinear
-from taskslam.slam.vision.se3 import exp_se3, product, solve_positive
+from taskslam.slam.vision.se3 import exp_se3, product
 
 _DAMPING = 1e-6
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
+from taskslam.slam.vision.cholesky import solve_positive
 from taskslam.slam.vision.pyramid import GreyImage, bilinear
-from taskslam.slam.vision.se3 import solve_positive
 
 SIDE = 8
 _PADDED = SIDE + 2  # a pixel more all round, for gradients

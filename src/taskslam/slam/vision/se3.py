@@ -80,29 +80,3 @@ def adjoint(T: FloatArray) -> FloatArray:
     A[3:, 3:] = R
     A[:3, 3:] = product(skew(T[:3, 3]), R)
     return A
-
-
-@njit(cache=True)
-def solve_positive(A: FloatArray, b: FloatArray) -> tuple[FloatArray, bool]:
-    """X of A x = b for a symmetric positive definite (N, N) A, by Cholesky; False, and zeros, where A is not."""
-    n = len(b)
-    L = A.copy()
-    for j in range(n):
-        for k in range(j):
-            for i in range(j, n):
-                L[i, j] -= L[i, k] * L[j, k]
-        if not L[j, j] > 0.0:
-            return np.zeros(n), False
-        root = math.sqrt(L[j, j])
-        for i in range(j, n):
-            L[i, j] /= root
-    x = b.copy()
-    for i in range(n):
-        for k in range(i):
-            x[i] -= L[i, k] * x[k]
-        x[i] /= L[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            x[i] -= L[k, i] * x[k]
-        x[i] /= L[i, i]
-    return x, True
