@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from taskslam.measurements import NANOSECONDS, ImuSamples
+from taskslam.slam.inertial.rotations import exp_so3, log_so3
 from taskslam.slam.vision.prediction import Prediction
-from taskslam.slam.vision.se3 import exp_so3, log_so3
 
 MS = NANOSECONDS // 1000
 

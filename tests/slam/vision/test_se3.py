@@ -4,22 +4,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+from taskslam.slam.inertial.rotations import exp_so3, hat, log_so3
 from taskslam.slam.vision.cholesky import solve_positive
-from taskslam.slam.vision.se3 import adjoint, exp_se3, exp_so3, log_so3, skew
+from taskslam.slam.vision.se3 import adjoint, exp_se3
 
 numbers = st.floats(-1.5, 1.5)
 twists = st.tuples(*[numbers] * 6).map(np.array)
 
 
-def hat(xi):
+def twist_matrix(xi):
     M = np.zeros((4, 4))
-    M[:3, :3], M[:3, 3] = skew(xi[3:]), xi[:3]
+    M[:3, :3], M[:3, 3] = hat(xi[3:]), xi[:3]
     return M
 
 
 @given(twists)
 def test_the_exponential_is_that_of_the_matrix(xi):
-    np.testing.assert_allclose(exp_se3(xi), expm(hat(xi)), atol=1e-12)
+    np.testing.assert_allclose(exp_se3(xi), expm(twist_matrix(xi)), atol=1e-12)
 
 
 @given(st.tuples(*[numbers] * 3).map(np.array))

@@ -34,7 +34,7 @@ def rotate(R: FloatArray, x: float, y: float, z: float) -> tuple[float, float, f
 
 
 @njit(cache=True)
-def _quotients(angle: float) -> tuple[float, float, float]:
+def quotients(angle: float) -> tuple[float, float, float]:
     """Of the angle t: sin t / t, (1 - cos t) / t^2 and (t - sin t) / t^3."""
     square = angle * angle
     if angle < _SMALL:
@@ -47,7 +47,7 @@ def _quotients(angle: float) -> tuple[float, float, float]:
 @njit(cache=True)
 def exp_so3(v: FloatArray) -> FloatArray:
     """(3, 3) rotation by |v| radians about v: Rodrigues' formula."""
-    first, second, _ = _quotients(math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
+    first, second, _ = quotients(math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
     x, y, z = v[0], v[1], v[2]
     return np.array(
         [
@@ -66,7 +66,7 @@ def log_so3(R: FloatArray) -> FloatArray:
     cosine = 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
     angle = math.atan2(sine, cosine)
     if 1.0 + cosine > _NEAR_PI:
-        v: FloatArray = twice * (0.5 / _quotients(angle)[0])
+        v: FloatArray = twice * (0.5 / quotients(angle)[0])
         return v
     symmetric = 0.5 * (R + R.T)
     for k in range(3):
@@ -84,7 +84,7 @@ def log_so3(R: FloatArray) -> FloatArray:
 @njit(cache=True)
 def right_jacobian(v: FloatArray) -> FloatArray:
     """(3, 3) J with exp(v + d) = exp(v) exp(J d) to first order in d."""
-    _, second, third = _quotients(math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
+    _, second, third = quotients(math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
     V = hat(v)
     J: FloatArray = np.eye(3) - second * V + third * (V @ V)
     return J

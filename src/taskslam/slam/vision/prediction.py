@@ -6,7 +6,7 @@ import numpy as np
 
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS, ImuSamples
-from taskslam.slam.vision.se3 import exp_so3, log_so3
+from taskslam.slam.inertial.rotations import exp_so3, log_so3
 
 _LONGEST_STEP_S = 0.5  # over which a velocity says anything
 _LONGEST_SILENCE = NANOSECONDS // 20  # between two samples of a gyro that can be relied on

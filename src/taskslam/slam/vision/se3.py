@@ -8,14 +8,7 @@ import numpy as np
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
-
-_SMALL = 1e-7
-
-
-@njit(cache=True)
-def skew(w: FloatArray) -> FloatArray:
-    """(3, 3) matrix of the cross product with (3,) w."""
-    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+from taskslam.slam.inertial.rotations import exp_so3, hat, quotients
 
 
 @njit(cache=True)
@@ -30,40 +23,12 @@ def product(A: FloatArray, B: FloatArray) -> FloatArray:
 
 
 @njit(cache=True)
-def exp_so3(w: FloatArray) -> FloatArray:
-    """(3, 3) rotation by |w| radians about (3,) w (Rodrigues)."""
-    theta = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    K = skew(w)
-    R: FloatArray = np.eye(3) + K
-    if theta >= _SMALL:
-        R = np.eye(3) + math.sin(theta) / theta * K + (1.0 - math.cos(theta)) / (theta * theta) * product(K, K)
-    return R
-
-
-@njit(cache=True)
-def log_so3(R: FloatArray) -> FloatArray:
-    """(3,) rotation vector of a (3, 3) rotation by less than half a turn."""
-    w = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    sine = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    if sine < _SMALL:
-        return w
-    return w * (math.atan2(sine, 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)) / sine)
-
-
-@njit(cache=True)
 def exp_se3(xi: FloatArray) -> FloatArray:
     """(4, 4) motion of the (6,) twist: metres, then radians."""
     w = xi[3:]
-    theta = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    K = skew(w)
-    if theta < _SMALL:
-        V = np.eye(3) + 0.5 * K
-    else:
-        V = (
-            np.eye(3)
-            + (1.0 - math.cos(theta)) / (theta * theta) * K
-            + (theta - math.sin(theta)) / (theta * theta * theta) * product(K, K)
-        )
+    _, second, third = quotients(math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]))
+    K = hat(w)
+    V = np.eye(3) + second * K + third * product(K, K)
     T = np.eye(4)
     T[:3, :3] = exp_so3(w)
     for i in range(3):
@@ -78,5 +43,5 @@ def adjoint(T: FloatArray) -> FloatArray:
     A = np.zeros((6, 6))
     A[:3, :3] = R
     A[3:, 3:] = R
-    A[:3, 3:] = product(skew(T[:3, 3]), R)
+    A[:3, 3:] = product(hat(T[:3, 3]), R)
     return A
