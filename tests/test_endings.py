@@ -99,7 +99,7 @@ def test_little_address_space_is_infrastructure() -> None:
 WAITS = """
 import time
 from taskslam.cli import app
-from taskslam.endings import StoppedError
+from taskslam.stopping import StoppedError
 def waits():
     print("ready", flush=True)
     try:

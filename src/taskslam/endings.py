@@ -19,26 +19,13 @@ import os
 import signal
 import sys
 import tempfile
-import threading
-import time
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any, TextIO
 
 from taskslam.errors import DiskFullError, InfrastructureError, TaskSlamError
-
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_PUTTING_AWAY_S = 20.0  # so long a second signal does not disturb what the first has begun
-
-
-class StoppedError(BaseException):
-    """A signal asks this process to end. Not an Exception: whoever forgives failures must not forgive this."""
-
-    def __init__(self, number: int) -> None:
-        self.signal = signal.Signals(number)
-        super().__init__(f"stopped by {self.signal.name}")
+from taskslam.stopping import StoppedError
 
 
 @dataclass(frozen=True)
@@ -85,27 +72,6 @@ def _traceback_place(error: BaseException) -> str:
         sys.stderr.write(text)
         return "the traceback stands above, as no file can be written"
     return f"the traceback is in {name}"
-
-
-def stop_on_signals() -> None:
-    """From now on INT, TERM and HUP raise StoppedError in the main thread. One that was ignored stays ignored.
-
-    The same signal comes twice where a terminal and a parent both send it: for a while only the first counts.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        return
-    first: list[float] = []
-
-    def stop(number: int, _: FrameType | None) -> None:
-        now = time.monotonic()
-        if first and now - first[0] < _PUTTING_AWAY_S:
-            return
-        first[:] = [now]
-        raise StoppedError(number)
-
-    for one in _SIGNALS:
-        if signal.getsignal(one) is not signal.SIG_IGN:
-            signal.signal(one, stop)
 
 
 def open_standard_streams() -> None:

@@ -87,11 +87,7 @@ def test_an_act_is_contained_and_named_and_every_round_is_driven(
             assert record.manifest.failure is not None
             assert record.manifest.failure.isprintable()
         json.loads((record.directory / "run.json").read_text())
-    after = Traces.now()
-    assert after.children <= before.children
-    assert after.scratch <= before.scratch
-    assert after.shared <= before.shared
-    assert after.descriptors <= before.descriptors
+    assert Traces.now().beyond(before) == []
 
 
 @pytest.mark.parametrize("act", [*STRANGE] if TORTURE else [*STRANGE][::2])
@@ -142,8 +138,7 @@ def test_an_act_while_it_is_imported_ends_no_benchmark(
         said = str(error)
     assert "adversary" in said
     assert said.isprintable()
-    after = Traces.now()
-    assert (after.children, after.descriptors) == (before.children, before.descriptors)
+    assert Traces.now().beyond(before) == []
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import tempfile
 from dataclasses import dataclass, replace
@@ -31,8 +32,16 @@ class Traces:
 
     @classmethod
     def now(cls) -> Traces:
-        """As it is."""
+        """As it is, once what earlier tests forgot is collected."""
+        gc.collect()
         scratch = frozenset(path.name for path in Path(tempfile.gettempdir()).glob("taskslam-*"))
         shared = frozenset(path.name for path in Path("/dev/shm").iterdir()) - {"left-behind"}  # of `sharing.py`
         descriptors = len(list(Path("/proc/self/fd").iterdir()))
         return cls(frozenset(children_of(os.getpid())), descriptors, scratch, shared)
+
+    def beyond(self, before: Traces) -> list[str]:
+        """What is here and was not before. What others let go of meanwhile does not count."""
+        left = [f"process {child}" for child in self.children - before.children]
+        left += sorted(self.scratch - before.scratch) + sorted(self.shared - before.shared)
+        more = self.descriptors - before.descriptors
+        return left + ([f"{more} descriptors"] if more > 0 else [])

@@ -14,7 +14,6 @@ from taskslam.benchmark.export import ExportRequest, Format, export
 from taskslam.benchmark.replay import replay
 from taskslam.benchmark.spec import spec_of_replay
 from taskslam.datasets.opening import open_dataset
-from taskslam.endings import StoppedError
 from taskslam.errors import DatasetError, InputError, RecordError
 from taskslam.evaluation import evaluate_runs
 from taskslam.measurements import Sensor
@@ -23,6 +22,7 @@ from taskslam.record import MethodNotice, RoundEnded, RunRecord, load_run
 from taskslam.record.run_directory import JOURNAL
 from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
+from taskslam.stopping import StoppedError
 from taskslam.studies.study import load_study
 
 SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY})

@@ -8,8 +8,9 @@ import resource
 import sys
 from dataclasses import replace
 
-from taskslam.endings import StoppedError, ending_of, flush_standard_output, open_standard_streams, stop_on_signals
+from taskslam.endings import ending_of, flush_standard_output, open_standard_streams
 from taskslam.errors import DiskFullError, InfrastructureError
+from taskslam.stopping import StoppedError, stop_on_signals
 
 _ADDRESS_SPACE = 640 << 20  # bytes; with less, OpenBLAS ends the process or never returns
 

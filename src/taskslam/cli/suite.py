@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say
-from taskslam.endings import StoppedError
 from taskslam.mode import Mode
+from taskslam.stopping import StoppedError
 
 if TYPE_CHECKING:
     from taskslam.benchmark.engine import Result

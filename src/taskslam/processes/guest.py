@@ -27,6 +27,7 @@ from taskslam.processes.scratch import Scratch
 from taskslam.processes.supervisor import REPORT
 from taskslam.processes.tree import Tree
 from taskslam.processes.wall import Wall, working_folder
+from taskslam.stopping import undisturbed
 
 _PIPE_SIZE = 1 << 20
 _WATCH_PERIOD_S = 0.02
@@ -115,7 +116,7 @@ class _Ends:
 
 
 class GuestProcess:
-    """A child running a program in a session and scratch folder of its own, behind a wall.
+    """A child running a program in a session and scratch folder of its own, behind a wall. Made `undisturbed`.
 
     freezes_itself: the child stops itself between frames (`pacing.py`) and must be woken when there is something to
     read. peak_memory: bytes resident at most in all its processes; cpu_s: their processor time, known at the end.
@@ -293,9 +294,10 @@ class GuestProcess:
                 self._supervisor.wait(min(remaining, _ANSWER_PERIOD_S))
         code = self._supervisor.poll()
         ending = f"did not end within {grace_s:g} s and was killed" if code is None else self.ending() if code else ""
-        self._kill()
-        self._watcher.join()
-        self._close()
+        with undisturbed():
+            self._kill()
+            self._watcher.join()
+            self._close()
         return ending
 
     def _kill(self) -> None:

@@ -16,6 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
+from taskslam.stopping import undisturbed
+
 _PREFIX = "taskslam-"
 
 
@@ -28,7 +30,13 @@ class Scratch:
 
     def __init__(self, purpose: str) -> None:
         sweep()
-        self.folder, self._lock = _made_and_locked(f"{_PREFIX}{purpose}-")
+        self._lock = -1
+        try:
+            with undisturbed():
+                self.folder, self._lock = _made_and_locked(f"{_PREFIX}{purpose}-")
+        except BaseException:
+            self.close()
+            raise
 
     def create(self, name: str) -> BinaryIO:
         """A new file in it, open for writing; whatever a guest put there under this name is removed. Raises OSError."""
@@ -49,11 +57,11 @@ class Scratch:
 
     def close(self) -> None:
         """Remove the folder with all that is in it, as far as it can be removed. Idempotent."""
-        if self._lock < 0:
-            return
-        _remove(self.folder)
-        os.close(self._lock)
-        self._lock = -1
+        with undisturbed():
+            if self._lock >= 0:
+                _remove(self.folder)
+                os.close(self._lock)
+                self._lock = -1
 
     def __enter__(self) -> Self:
         return self

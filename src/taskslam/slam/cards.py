@@ -26,6 +26,7 @@ from taskslam.slam.content import place_of
 from taskslam.slam.guest.contract import read_card
 from taskslam.slam.guest.enclosure import wall_of
 from taskslam.slam.registry import MethodEntry, find_method, missing_of_extra, registered_methods
+from taskslam.stopping import undisturbed
 
 _LIMITS = Limits(frame_timeout_s=60.0, stop_timeout_s=0.0, memory_bytes=2 << 30)
 _LONGEST_PROBLEM = 500
@@ -112,11 +113,14 @@ def _ask(names: Sequence[str]) -> tuple[list[messages.Header], str]:
     local = working_folder() if ":" in names[0] else None
     program = Program("taskslam.slam.guest.describe", local=local)
     with Scratch("cards") as scratch:
-        process = GuestProcess(program, wall_of(names[0], None, (), ()), scratch.folder / "log", _LIMITS)
+        process = None
         try:
+            with undisturbed():
+                process = GuestProcess(program, wall_of(names[0], None, (), ()), scratch.folder / "log", _LIMITS)
             return _answers(process, names)
         finally:
-            process.end(0.0)
+            if process is not None:
+                process.end(0.0)
 
 
 def _answers(process: GuestProcess, names: Sequence[str]) -> tuple[list[messages.Header], str]:

@@ -19,10 +19,11 @@ from typing import Any, TextIO
 from taskslam.benchmark.run import run
 from taskslam.benchmark.spec import RunSpec
 from taskslam.benchmark.stage import stage_of
-from taskslam.endings import ending_of, stop_on_signals
+from taskslam.endings import ending_of
 from taskslam.measurements import NANOSECONDS
 from taskslam.observer import Observer
 from taskslam.processes.confine import die_with_parent
+from taskslam.stopping import stop_on_signals
 
 _EVERY = 1.0  # s of wall time between two lines of progress
 

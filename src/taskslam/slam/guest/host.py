@@ -48,6 +48,7 @@ from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.latency import NEVER, HandOver, LatencyModel, Schedule
 from taskslam.slam.guest.shared_images import ImageSlots
 from taskslam.slam.registry import find_method
+from taskslam.stopping import undisturbed
 
 _MAX_UNSENT = 64 << 20
 _LONGEST_MAP = 4 << 30
@@ -166,13 +167,10 @@ class MethodHost:
             raise HostFailedError(f"method '{self._name}' was started already")
         self._cameras = cameras(self._rig)
         self._images = _image_slots(self._cameras.values())
-        try:
-            self._guest = GuestProcess(self._program(), self._wall(), self._log, self._limits)
-        except BaseException:
-            self._close_images()
-            raise
         self._starting = True
         try:
+            with undisturbed():
+                self._guest = GuestProcess(self._program(), self._wall(), self._log, self._limits)
             timeout = self._limits.start_timeout_s
             answer = self._ask(
                 "be constructed",
@@ -281,15 +279,17 @@ class MethodHost:
         """
         if self._guest is None or self._guest.ended:
             return
-        if self._failure is None and self._card is not None:
-            try:
-                self._ask("stop", self._limits.stop_timeout_s, do="stop")
-            except MethodFailedError as failure:
-                self.stop_failure = failure.detail
-            ending = self._end(self._limits.stop_timeout_s)
-            if ending and not self.stop_failure:
-                self.stop_failure = f"{self._name} {ending} after it was stopped"
-        self._end()
+        try:
+            if self._failure is None and self._card is not None:
+                try:
+                    self._ask("stop", self._limits.stop_timeout_s, do="stop")
+                except MethodFailedError as failure:
+                    self.stop_failure = failure.detail
+                ending = self._end(self._limits.stop_timeout_s)
+                if ending and not self.stop_failure:
+                    self.stop_failure = f"{self._name} {ending} after it was stopped"
+        finally:
+            self._end()
         if self._guest.log_error is not None and self._failure is None:
             raise DiskFullError(f"{self._log}: cannot write the method's log: {self._guest.log_error.strerror}")
 
@@ -324,9 +324,10 @@ class MethodHost:
         return wall_of(self._name, self._described, named, self._closed)
 
     def _end(self, grace_s: float = 0.0) -> str:
-        ending = self._process.end(grace_s)
-        self._close_images()
-        return ending
+        try:
+            return self._guest.end(grace_s) if self._guest else ""
+        finally:
+            self._close_images()
 
     def _close_images(self) -> None:
         if self._images is not None:

@@ -1,0 +1,80 @@
+"""A signal that asks this process to end, as an exception; and what it must not tear.
+
+stop_on_signals()
+with undisturbed():
+    resource = made()  # a signal that comes meanwhile is raised at the end of the block
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_PUTTING_AWAY_S = 20.0  # so long a second signal does not disturb what the first has begun
+
+
+class StoppedError(BaseException):
+    """A signal asks this process to end. Not an Exception: whoever forgives failures must not forgive this."""
+
+    def __init__(self, number: int) -> None:
+        self.signal = signal.Signals(number)
+        super().__init__(f"stopped by {self.signal.name}")
+
+
+class _Door:
+    """Whether a signal may come in (`closed` is 0), and the one that waits."""
+
+    closed = 0
+    waiting: int | None = None
+
+
+def stop_on_signals() -> None:
+    """From now on INT, TERM and HUP raise StoppedError in the main thread. One that was ignored stays ignored.
+
+    The same signal comes twice where a terminal and a parent both send it: for a while only the first counts.
+    """
+    if not _in_main_thread():
+        return
+    first: list[float] = []
+
+    def stop(number: int, _: FrameType | None) -> None:
+        now = time.monotonic()
+        if first and now - first[0] < _PUTTING_AWAY_S:
+            return
+        first[:] = [now]
+        if _Door.closed:
+            _Door.waiting = number
+        else:
+            raise StoppedError(number)
+
+    for one in _SIGNALS:
+        if signal.getsignal(one) is not signal.SIG_IGN:
+            signal.signal(one, stop)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """A block that no StoppedError tears: one that comes meanwhile is raised when the outermost block has ended.
+
+    For short steps that make something and note that it is there, or put it away.
+    """
+    if not _in_main_thread():  # only the main thread hears signals
+        yield
+        return
+    _Door.closed += 1
+    try:
+        yield
+    finally:
+        _Door.closed -= 1
+        if not _Door.closed and _Door.waiting is not None:
+            number, _Door.waiting = _Door.waiting, None
+            raise StoppedError(number)
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
