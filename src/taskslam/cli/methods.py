@@ -27,7 +27,7 @@ def list_methods() -> None:
     from taskslam.slam.cards import inspect_methods
 
     table = Table(box=None, header_style="bold", padding=(0, 1, 0, 0))
-    for column in ("method", "kind", "sensors", "licence", "map", "repeats", "ready"):
+    for column in ("method", "kind", "sensors", "licence", "map", "same", "ready"):
         table.add_column(column, no_wrap=column != "licence")
     broken = []
     for state in inspect_methods():
@@ -49,7 +49,7 @@ def list_methods() -> None:
     console = standard_output()
     console.print(table)
     console.print("\nmap: what it does with its map in with-map rounds", style="dim")
-    console.print("repeats: the same input gives the same bytes", style="dim")
+    console.print("same: the same input gives the same bytes", style="dim")
     for line in broken:
         console.print(f"\n{line}", soft_wrap=True)
 

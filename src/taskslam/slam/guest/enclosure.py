@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from taskslam.processes.guest import METHOD_VARIABLES
@@ -15,6 +16,7 @@ from taskslam.slam.base import MethodCard
 def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed: Iterable[Path]) -> Wall:
     """The wall around a method. card: as it was described, None where nothing is known; named: files in its options.
 
+    With a file that is named come those beside it that differ in the suffix alone, as a map's YAML and its image do.
     closed: folders of results. The folder that holds the code of a method in the user's own stays open in these. Files
     that the user names in variables meant for methods are open too.
     """
@@ -22,10 +24,16 @@ def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed:
     local = () if here is None else (here,)
     places = tuple(Path(place) for place in card.reads) if card is not None else ()
     told = (Path(value) for key, value in os.environ.items() if key.startswith(METHOD_VARIABLES) and "/" in value)
-    read = (*local, *places, *(place.absolute() for place in (*named, *told)))
+    read = (*local, *places, *(place.absolute() for name in (*named, *told) for place in _with_namesakes(name)))
     keep = (*read, *(Path(entry) for entry in sys.path if entry))
     loopback, shared_memory = card is not None and card.loopback, card is not None and card.shared_memory
     return Wall(read, tuple(_beside_code(closed, here)), keep, loopback, shared_memory)
+
+
+def _with_namesakes(named: Path) -> Iterator[Path]:
+    yield named
+    with suppress(OSError):
+        yield from (entry for entry in named.parent.iterdir() if named.is_file() and entry.stem == named.stem)
 
 
 def _beside_code(closed: Iterable[Path], here: Path | None) -> Iterator[Path]:
