@@ -70,22 +70,26 @@ def test_a_method_that_always_works_is_given_no_more_than_a_while_of_a_gap(monke
     assert 0.1 <= time.monotonic() - began < 60.0
 
 
+def freezes(host):
+    deadline = time.monotonic() + 30.0
+    while state(host) != "T" and time.monotonic() < deadline:
+        time.sleep(0.005)
+    return state(host) == "T"
+
+
 def test_between_frames_the_process_is_frozen_and_ends_all_the_same(host_of):
     host = host_of("threaded:Crunches", frame_timeout_s=10.0, stop_timeout_s=10.0)
     host.start()
     for scan in scans(4):
         host.feed(scan)
         host.collect(scan.stamp)
-    deadline = time.monotonic() + 5.0
-    while state(host) != "T" and time.monotonic() < deadline:
-        time.sleep(0.005)
-    assert state(host) == "T"
+    assert freezes(host)
     os.kill(pid(host), signal.SIGCONT)  # as a curious user might
     time.sleep(0.05)
-    assert state(host) == "T"
+    assert freezes(host)
     began = time.monotonic()
     host.stop()
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < 9.0  # not by running out of its time
 
 
 def pid(host):
