@@ -163,6 +163,13 @@ def test_a_folder_of_replays_is_a_study(recording):
     assert all("round00" not in path for path in sequence.runs["replayed_methods:Counting with map"])
 
 
+def test_two_ways_of_one_method_are_two_methods_of_the_study(recording):
+    run(recording, "karto", rounds=1, out="ways")
+    run(recording, "karto", rounds=1, out="ways", options={"do_loop_closing": False})
+    sequence = load_study(str(recording.parent / "ways")).sequences["recording"]
+    assert sorted(sequence.runs) == ["karto (default options)", "karto (do_loop_closing = False)"]
+
+
 def test_a_replay_that_was_interrupted_goes_on_with_the_round_that_had_not_ended(recording, monkeypatch):
     undisturbed = run(recording, "karto", rounds=3, out="undisturbed")
     starts, start = [], MethodHost.start

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from taskslam.evaluation.metrics_file import RunMetrics
 
@@ -29,12 +29,16 @@ def method_labels(runs: Sequence[RunMetrics]) -> list[str]:
     return labels
 
 
+def options_in_words(options: Mapping[str, object]) -> str:
+    """A method's options, or that there are none."""
+    return ", ".join(f"{key} = {value}" for key, value in sorted(options.items())) or "default options"
+
+
 def _ways(run: RunMetrics) -> tuple[str, ...]:
-    options = ", ".join(f"{key} = {value}" for key, value in sorted(run.method_options.items()))
     latency = "" if run.latency is None else f"{run.latency} latency"
     planner = "" if run.planner is None else f"{run.planner} planner"
     behaviour = "" if run.behaviour is None else f"behaviour version {run.behaviour}"
-    return (options or "default options", latency, planner, behaviour)
+    return (options_in_words(run.method_options), latency, planner, behaviour)
 
 
 def _tour(run: RunMetrics) -> tuple[object, ...]:
