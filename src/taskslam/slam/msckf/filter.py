@@ -1,7 +1,7 @@
 """The filter: a state of the IMU, a window of camera poses, and what both are told.
 
-An error is (21 + 6 n,): the 15 of `inertial/propagation.py`, rotation and position of the left camera in the IMU, and of
-each pose of the window its rotation (in the camera) and position (in the world).
+An error is (21 + 6 n,): the 15 of `inertial/propagation.py`, rotation and position of the left camera in the IMU, and
+of each pose of the window its rotation (in the camera) and position (in the world).
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from taskslam.slam.inertial.rotations import exp_so3, hat
 from taskslam.slam.msckf.observation import ROWS, derivatives, project_out, seen_from, triangulate
 
 IMU = 21
-LEAST_DISTANCE, GATE_ROWS = 0.2, 100
 
 
 @dataclass

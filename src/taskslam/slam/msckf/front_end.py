@@ -1,12 +1,13 @@
 """Features of a rectified pair: tracked from frame to frame and from left to right, renewed where a cell has few.
 
-Sun et al., Sec. III-D: FAST corners in a grid, pyramidal Lucas-Kanade begun where the gyro says, the epipolar constraint
-of the pair, and two-point RANSAC with the gyro's rotation between frames.
+Sun et al., Sec. III-D: FAST corners in a grid, pyramidal Lucas-Kanade begun where the gyro says, the epipolar
+constraint of the pair, and two-point RANSAC with the gyro's rotation between frames.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,6 +17,9 @@ from taskslam.geometry import FloatArray
 from taskslam.slam.msckf.settings import MsckfSettings
 
 Image = npt.NDArray[np.uint8]
+Pixels = npt.NDArray[np.float32]
+Numbers = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
 _RANSAC_TRIALS = 20
 
 
@@ -31,8 +35,8 @@ class Features:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def kept(self, mask: npt.NDArray[np.bool_]) -> Features:
-        """Those of the mask."""
+    def kept(self, mask: Mask | npt.NDArray[np.signedinteger]) -> Features:
+        """Those of the mask, or with these places, in their order."""
         return Features(self.ids[mask], self.left[mask], self.right[mask], self.lifetime[mask])
 
 
@@ -48,8 +52,8 @@ class FrontEnd:
         cv2.setNumThreads(1)
         self._settings, self._focal = settings, focal
         self._center = np.array(center, np.float32)
-        self._fast = cv2.FastFeatureDetector_create(settings.fast_threshold)
-        self._flow = {
+        self._fast = cv2.FastFeatureDetector.create(settings.fast_threshold)
+        self._flow: dict[str, Any] = {
             "winSize": (settings.patch_size, settings.patch_size),
             "maxLevel": settings.pyramid_levels,
             "criteria": (
@@ -68,7 +72,6 @@ class FrontEnd:
 
         R_before_now: (3, 3) rotation of the left camera since the pair before, by the gyro.
         """
-        s = self._settings
         before, share = self.features, 1.0
         tracked, guess = before, before.left
         if self._before is not None and len(before):
@@ -94,7 +97,7 @@ class FrontEnd:
         )
         return np.column_stack([left[:, 0], 0.5 * (left[:, 1] + right[:, 1]), right[:, 0]]).astype(np.float64)
 
-    def _tracked(self, image, before, R_before_now):  # type: ignore[no-untyped-def]
+    def _tracked(self, image: Image, before: Features, R_before_now: FloatArray) -> tuple[Features, Pixels]:
         """Features found again in the left image, and where."""
         turned = self._turned(before.left, R_before_now)
         now, found, _ = cv2.calcOpticalFlowPyrLK(
@@ -104,7 +107,7 @@ class FrontEnd:
         good = good[self._ransac(turned[good], now[good])]
         return before.kept(good), now[good]
 
-    def _matched(self, left_image, right_image, left, disparity):  # type: ignore[no-untyped-def]
+    def _matched(self, left_image: Image, right_image: Image, left: Pixels, disparity: Pixels) -> tuple[Pixels, Mask]:
         """(N, 2) right pixels of left ones, begun at a disparity, and which of them hold."""
         if not len(left):
             return left, np.zeros(0, bool)
@@ -116,12 +119,13 @@ class FrontEnd:
         good &= (np.abs(offset[:, 1]) < self._settings.stereo_threshold) & (offset[:, 0] > 0.0)
         return right, good
 
-    def _turned(self, pixels, R_before_now):  # type: ignore[no-untyped-def]
+    def _turned(self, pixels: Pixels, R_before_now: FloatArray) -> Pixels:
         """Where pixels go by the camera's rotation alone."""
         rays = np.column_stack([(pixels - self._center) / self._focal, np.ones(len(pixels))]) @ R_before_now
-        return ((rays[:, :2] / rays[:, 2:]) * self._focal + self._center).astype(np.float32)
+        turned: Pixels = ((rays[:, :2] / rays[:, 2:]) * self._focal + self._center).astype(np.float32)
+        return turned
 
-    def _ransac(self, before, now):  # type: ignore[no-untyped-def]
+    def _ransac(self, before: Pixels, now: Pixels) -> Mask:
         """Which (N, 2) pixels, before turned by the gyro, moved along epipolar lines of one translation.
 
         Two of them give its direction; all within the threshold of it agree (Troiani et al., ICRA 2014).
@@ -132,7 +136,8 @@ class FrontEnd:
         threshold = self._settings.ransac_threshold
         shift = now - before
         if np.mean(np.hypot(*shift.T)) < 1.0:
-            return np.hypot(*shift.T) < threshold
+            still: Mask = np.hypot(*shift.T) < threshold
+            return still
         a = np.column_stack([(before - self._center) / self._focal, np.ones(count)])
         b = np.column_stack([(now - self._center) / self._focal, np.ones(count)])
         lines = np.cross(a, b)  # t . (a x b) = 0
@@ -150,7 +155,7 @@ class FrontEnd:
                 best = agree
         return best
 
-    def _corners(self, image, tracked):  # type: ignore[no-untyped-def]
+    def _corners(self, image: Image, tracked: Features) -> Pixels:
         """Candidates for cells that have few: the strongest, twice as many as are wanting."""
         s = self._settings
         counts = np.bincount(self._cells(tracked.left, image.shape), minlength=s.grid_row * s.grid_col)
@@ -160,7 +165,7 @@ class FrontEnd:
         corners = self._fast.detect(image, mask)
         if not corners:
             return np.zeros((0, 2), np.float32)
-        pixels = cv2.KeyPoint_convert(corners)
+        pixels: Pixels = cv2.KeyPoint_convert(corners)  # type: ignore[attr-defined]
         cells = self._cells(pixels, image.shape)
         wanting = np.flatnonzero(counts[cells] < s.grid_min_feature_num)
         strength = np.array([corners[n].response for n in wanting])
@@ -169,7 +174,7 @@ class FrontEnd:
         pixels, cells = pixels[order], cells[order]
         return pixels[_rank(cells) < 2 * (s.grid_min_feature_num - counts[cells])]
 
-    def _add(self, left, right, shape):  # type: ignore[no-untyped-def]
+    def _add(self, left: Pixels, right: Pixels, shape: tuple[int, ...]) -> None:
         """Fill cells that have few with matched corners, and thin those that have many, the youngest first."""
         s = self._settings
         old = self.features
@@ -188,20 +193,24 @@ class FrontEnd:
             np.concatenate([old.lifetime, np.zeros(len(ids), np.int64)]),
         )
 
-    def _cells(self, pixels, shape):  # type: ignore[no-untyped-def]
+    def _cells(self, pixels: Pixels, shape: tuple[int, ...]) -> Numbers:
         s = self._settings
         row = np.clip((pixels[:, 1] * s.grid_row / shape[0]).astype(np.int64), 0, s.grid_row - 1)
         column = np.clip((pixels[:, 0] * s.grid_col / shape[1]).astype(np.int64), 0, s.grid_col - 1)
-        return row * s.grid_col + column
+        cells: Numbers = row * s.grid_col + column
+        return cells
 
 
-def _inside(pixels, shape):  # type: ignore[no-untyped-def]
-    return (pixels[:, 0] >= 0) & (pixels[:, 1] >= 0) & (pixels[:, 0] <= shape[1] - 1) & (pixels[:, 1] <= shape[0] - 1)
+def _inside(pixels: Pixels, shape: tuple[int, ...]) -> Mask:
+    x, y = pixels.T
+    inside: Mask = (x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1)
+    return inside
 
 
-def _rank(cells):  # type: ignore[no-untyped-def]
+def _rank(cells: Numbers) -> Numbers:
     """(N,) which of its cell each is, for cells in ascending order."""
     if not len(cells):
         return np.zeros(0, np.int64)
     starts = np.flatnonzero(np.diff(cells, prepend=-1))
-    return np.arange(len(cells)) - np.repeat(starts, np.diff(np.append(starts, len(cells))))
+    rank: Numbers = np.arange(len(cells)) - np.repeat(starts, np.diff(np.append(starts, len(cells))))
+    return rank

@@ -15,7 +15,7 @@ from taskslam.slam.base import Status
 from taskslam.slam.inertial.rotations import log_so3
 from taskslam.slam.inertial.still_start import standstill
 from taskslam.slam.msckf.filter import Msckf, Track
-from taskslam.slam.msckf.front_end import FrontEnd
+from taskslam.slam.msckf.front_end import FrontEnd, Image
 from taskslam.slam.msckf.settings import MsckfSettings
 
 _GAP = NANOSECONDS // 10
@@ -190,8 +190,9 @@ class StereoInertialOdometry:
         return Outcome(T, status, self.filter.P[:6, :6].copy())
 
 
-def _grey(image):  # type: ignore[no-untyped-def]
-    return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else np.ascontiguousarray(image)
+def _grey(image: Image) -> Image:
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image
+    return np.ascontiguousarray(grey, np.uint8)
 
 
 def warm_up(settings: MsckfSettings, camera: StereoCamera) -> None:

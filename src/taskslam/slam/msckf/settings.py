@@ -18,8 +18,9 @@ class MsckfSettings(BaseModel):
     max_iteration, track_precision: of the Lucas-Kanade tracker; ransac_threshold, stereo_threshold: pixels.
     max_cam_state_size: camera poses in the window. gyro_noise, acc_noise: standard deviation of a sample; the biases'
     random walks; feature_noise: standard deviation of an observation. initial_covariance_*: variances.
-    rotation_threshold, translation_threshold, tracking_rate_threshold: when the latest pose is no keyframe. position_std_threshold: m, at
-    which it is lost. gate: the quantile of the chi-squared test; the published one goes with the published noise.
+    rotation_threshold, translation_threshold, tracking_rate_threshold: when the latest pose is no keyframe.
+    position_std_threshold: m, at which it is lost. gate: the quantile of the chi-squared test, with one degree less
+    than poses; the published one goes with the published noise.
 
     Ours: observability_constraints: False leaves the linearisation as it is, by which yaw gains information that nobody
     has seen. most_rows: of one update. gravity: m/s^2. still_start: s.

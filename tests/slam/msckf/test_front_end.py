@@ -1,0 +1,99 @@
+"""Features on pictures of dots, whose places are known."""
+
+import numpy as np
+import pytest
+
+from taskslam.slam.inertial.rotations import exp_so3
+from taskslam.slam.msckf.front_end import FrontEnd
+from taskslam.slam.msckf.settings import MsckfSettings
+
+FOCAL, CENTER, SHAPE, BASELINE = 300.0, (320.0, 240.0), (480, 640), 0.11
+
+
+@pytest.fixture
+def dots():
+    """(600, 3) landmarks before the camera, 2 to 8 m away."""
+    dice = np.random.default_rng(0)
+    depth = dice.uniform(2, 8, 600)
+    return np.column_stack([dice.uniform(-1.2, 1.2, 600) * depth, dice.uniform(-0.9, 0.9, 600) * depth, depth])
+
+
+def picture(dots, R, p, noise_of=0):
+    """What a camera at (R, p) sees: bright squares with soft edges on grey."""
+    image = np.full(SHAPE, 60.0)
+    at = (dots - p) @ R
+    y, x = np.mgrid[-6:7, -6:7]
+    for (u, v, w), level in zip(at, np.random.default_rng(1).uniform(80, 180, len(dots)), strict=True):
+        if w < 0.5:
+            continue
+        px, py = FOCAL * u / w + CENTER[0], FOCAL * v / w + CENTER[1]
+        i, j = round(py), round(px)
+        if not (6 <= i < SHAPE[0] - 6 and 6 <= j < SHAPE[1] - 6):
+            continue
+        soft = 1 / (1 + np.exp(3 * (np.maximum(np.abs(x + j - px), np.abs(y + i - py)) - 3)))
+        image[i - 6 : i + 7, j - 6 : j + 7] += level * soft
+    image += 2.0 * np.random.default_rng(noise_of).normal(size=SHAPE)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def pair(dots, R, p, noise_of=0):
+    return picture(dots, R, p, noise_of), picture(dots, R, p + R @ np.array([BASELINE, 0, 0]), noise_of + 100)
+
+
+def test_every_cell_gets_its_features_matched_in_both_eyes(dots) -> None:
+    front = FrontEnd(MsckfSettings(), FOCAL, CENTER)
+    front.observe(*pair(dots, np.eye(3), np.zeros(3)), np.eye(3))
+    features = front.features
+    assert len(features) > 100
+    disparity = (features.left - features.right)[:, 0]
+    assert ((disparity > 0.8 * FOCAL * BASELINE / 8) & (disparity < 1.2 * FOCAL * BASELINE / 2)).mean() > 0.95
+    assert np.abs((features.left - features.right)[:, 1]).max() < 5
+    assert np.bincount(front._cells(features.left, SHAPE), minlength=24).max() <= 10
+
+
+def test_features_are_followed_through_a_turn_that_the_gyro_knows(dots) -> None:
+    """Six degrees between two pairs, 32 pixels: begun at the gyro's guess they are found again."""
+    turn, step = exp_so3(np.array([0.0, 0.105, 0.0])), np.array([0.05, 0.0, 0.05])
+    shares = {}
+    for name, guess in (("gyro", turn), ("none", np.eye(3))):
+        front = FrontEnd(MsckfSettings(pyramid_levels=0), FOCAL, CENTER)
+        front.observe(*pair(dots, np.eye(3), np.zeros(3)), np.eye(3))
+        before = dict(zip(front.features.ids.tolist(), front.features.left, strict=True))
+        shares[name] = front.observe(*pair(dots, turn, step, 7), guess)
+        if name == "gyro":
+            kept = front.features.lifetime == 1
+            moved = [new - before[i] for i, new in zip(front.features.ids[kept].tolist(), front.features.left[kept])]
+            assert abs(np.median(np.array(moved)[:, 0]) + FOCAL * np.tan(0.105)) < 12
+    assert shares["gyro"] > 0.6
+    assert shares["none"] < 0.5 * shares["gyro"]
+
+
+def test_what_moves_by_itself_is_left_out(dots) -> None:
+    """Fifteen of the landmarks go their own way, against the camera's translation."""
+    front = FrontEnd(MsckfSettings(), FOCAL, CENTER)
+    before = np.random.default_rng(3).uniform(50, 400, (60, 2)).astype(np.float32)
+    now = before + np.array([8.0, 0.0], np.float32)
+    now[::4] += np.array([0.0, 12.0], np.float32)
+    agree = front._ransac(before, now)
+    assert not agree[::4].any()
+    assert np.delete(agree, np.arange(0, 60, 4)).all()
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_black_and_white_pictures_have_no_features(dots, level) -> None:
+    front = FrontEnd(MsckfSettings(), FOCAL, CENTER)
+    front.observe(*pair(dots, np.eye(3), np.zeros(3)), np.eye(3))
+    blank = np.full(SHAPE, level, np.uint8)
+    front.observe(blank, blank, np.eye(3))
+    front.observe(blank, blank, np.eye(3))
+    assert len(front.features) == 0
+
+
+def test_the_same_pictures_give_the_same_features(dots) -> None:
+    found = []
+    for _ in range(2):
+        front = FrontEnd(MsckfSettings(), FOCAL, CENTER)
+        for k in range(4):
+            front.observe(*pair(dots, np.eye(3), np.array([0.03 * k, 0, 0]), k), np.eye(3))
+        found.append(front.normalised())
+    np.testing.assert_array_equal(*found)
