@@ -168,7 +168,7 @@ class FrontEnd:
         pixels: Pixels = cv2.KeyPoint_convert(corners)  # type: ignore[attr-defined]
         cells = self._cells(pixels, image.shape)
         wanting = np.flatnonzero(counts[cells] < s.grid_min_feature_num)
-        strength = np.array([corners[n].response for n in wanting])
+        strength = np.array([corners[n].response for n in wanting.tolist()])
         pixels, cells = pixels[wanting], cells[wanting]
         order = np.lexsort((pixels[:, 0], pixels[:, 1], -strength, cells))
         pixels, cells = pixels[order], cells[order]
