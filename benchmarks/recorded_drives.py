@@ -14,13 +14,14 @@ import numpy as np
 from common import aws_world
 from taskslam.benchmark.stage import set_stage
 from taskslam.geometry import FloatArray, wrap_angle
-from taskslam.measurements import NANOSECONDS, Measurement, Sensor
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor, StereoImages
 from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.global_planner import plan_path
 from taskslam.navigation.settings import CostmapSettings, GlobalPlannerSettings
 from taskslam.observer import Observer
 from taskslam.robot import Robot
 from taskslam.scenario import load_scenario
+from taskslam.sensors import sensor_kind
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 
 CONTROL_PERIOD = NANOSECONDS // 20
@@ -31,7 +32,10 @@ SPEED, TURN = 0.3, 0.8  # m/s, rad/s
 
 @dataclass(frozen=True)
 class Drive:
-    """measurements in stamp order; truth: (number of scans or clouds, 3), the base seen from where it started."""
+    """measurements in stamp order; truth: (number of frames, 3), the base seen from where it started.
+
+    A frame is what a method answers: a scan, a cloud, a pair.
+    """
 
     robot: Robot
     measurements: list[Measurement]
@@ -39,24 +43,23 @@ class Drive:
 
 
 def record(
-    scenario_name: str, rounds: int = 1, seed: int = 0, goals: int | None = None, rolling: bool = False
+    scenario_name: str,
+    rounds: int = 1,
+    seed: int = 0,
+    goals: int | None = None,
+    sensors: frozenset[Sensor] = DEFAULT_SENSORS,
+    still: int = NANOSECONDS,
 ) -> Drive:
     """Tour a scenario's waypoints along planned paths; a registered world, or an AWS world under TASKSLAM_DATA.
 
-    goals: how many of the tour. rolling: a spinning LiDAR whose turns take their time, and an IMU, in place of scans.
+    goals: how many of the tour. The turns of a spinning LiDAR take their time. still: ns that it stands at first.
     """
     world = aws_world(scenario_name) if scenario_name.startswith("aws_") else None
     stage = set_stage(load_scenario(scenario_name), [world] if world else [], Observer())
     start = stage.scenario.start.pose
     costmap = GlobalCostmap(stage.plan, CostmapSettings())
     assert stage.world is not None
-    robot, sensors, frame = stage.robot, DEFAULT_SENSORS, Sensor.LASER_SCAN
-    if rolling:
-        robot, sensors, frame = (
-            with_rolling_lidar(robot),
-            frozenset({Sensor.POINT_CLOUD, Sensor.IMU}),
-            Sensor.POINT_CLOUD,
-        )
+    robot = with_rolling_lidar(stage.robot)
     simulator = Simulator(stage.world, robot, seed, sensors=sensors)
     simulator.reset(start)
     measurements: list[Measurement] = []
@@ -64,11 +67,13 @@ def record(
 
     def advance(duration: int) -> None:
         for measurement in simulator.advance(simulator.now + duration):
+            if isinstance(measurement, StereoImages):  # its pictures are drawn over
+                measurement = StereoImages(measurement.stamp, measurement.left.copy(), measurement.right.copy())
             measurements.append(measurement)
-            if measurement.sensor == frame:
+            if sensor_kind(measurement.sensor).is_frame:
                 truth.append((start.inverse() @ simulator.true_pose()).array())
 
-    advance(NANOSECONDS)
+    advance(still)
     for _ in range(rounds):
         for goal in stage.scenario.sequence.goals[:goals]:
             path = plan_path(costmap, simulator.true_pose(), goal.pose, GlobalPlannerSettings())
@@ -82,7 +87,8 @@ def record(
 
 def with_rolling_lidar(robot: Robot) -> Robot:
     """The same robot, the turns of whose spinning LiDAR take their time."""
-    assert robot.rig.lidar_3d is not None
+    if robot.rig.lidar_3d is None:
+        return robot
     lidar = robot.rig.lidar_3d.model_copy(update={"rolling": True})
     return robot.model_copy(update={"rig": robot.rig.model_copy(update={"lidar_3d": lidar})})
 

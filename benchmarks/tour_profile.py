@@ -10,16 +10,12 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-import time
-from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from threading import get_ident
 from typing import Any
 
 from common import machine_line, pin_to_one_core, small_house
 from real_time_factor import SUITES
+from stopwatch import Stopwatch
 from taskslam.benchmark.run import run
 from taskslam.benchmark.stage import Stage
 from taskslam.measurements import NANOSECONDS
@@ -56,59 +52,6 @@ STAGES: tuple[tuple[Any, str, str], ...] = (
 )
 
 
-class Stopwatch:
-    """Wall time by stage in one thread, each stage without what was named within it."""
-
-    def __init__(self) -> None:
-        self.spent: dict[str, float] = defaultdict(float)
-        self._running: list[str] = ["the loop"]
-        self._since = time.perf_counter()
-        self._thread = get_ident()
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time spent within belongs to `name`."""
-        if get_ident() != self._thread:
-            yield
-            return
-        self._turn()
-        self._running.append(name)
-        try:
-            yield
-        finally:
-            self._turn()
-            self._running.pop()
-
-    def _turn(self) -> None:
-        now = time.perf_counter()
-        self.spent[self._running[-1]] += now - self._since
-        self._since = now
-
-    def restart(self) -> None:
-        """Forget what was so far."""
-        self._turn()
-        self.spent.clear()
-
-    def timed(self, function: Callable[..., Any], name: str) -> Callable[..., Any]:
-        """The same function, or generator, under a name."""
-
-        def call(*arguments: Any, **more: Any) -> Any:
-            with self.stage(name):
-                result = function(*arguments, **more)
-            return self._steps(result, name) if isinstance(result, Iterator) else result
-
-        return call
-
-    def _steps(self, generator: Iterator[Any], name: str) -> Iterator[Any]:
-        while True:
-            with self.stage(name):
-                try:
-                    value = next(generator)
-                except StopIteration:
-                    return
-            yield value
-
-
 class Lap(Observer):
     """Begins at the first beat of the loop, ends with the last: what comes before and after is not the tour."""
 
@@ -126,16 +69,10 @@ class Lap(Observer):
 
 def profile(stage: Stage, method: str, folder: Path) -> None:
     """Drive once with the watch on, and print the table."""
-    watch = Stopwatch()
-    kept = [(owner, name, getattr(owner, name)) for owner, name, _ in STAGES]
-    for owner, name, title in STAGES:
-        setattr(owner, name, watch.timed(getattr(owner, name), title))
+    watch = Stopwatch("the loop")
     lap = Lap(watch)
-    try:
+    with watch.watching(STAGES):
         run(stage, stage.spec(method, Mode.WITHOUT_MAP), folder, lap, overwrite=True)
-    finally:
-        for owner, name, function in kept:
-            setattr(owner, name, function)
     seconds = (lap.last - lap.began) / NANOSECONDS
     whole = sum(lap.spent.values())
     what = "the loop alone" if ":" in method else method

@@ -1,13 +1,15 @@
 """The filter on made-up landmarks: what it knows, what it must not know, and its algebra."""
 
+import gtsam
 import numpy as np
 import pytest
 
 from taskslam.geometry import OPTICAL_IN_BODY
 from taskslam.slam.inertial.propagation import move, transition
 from taskslam.slam.inertial.rotations import exp_so3, hat
-from taskslam.slam.msckf.filter import IMU, Msckf, Track, constrained, free_rows
+from taskslam.slam.msckf.filter import IMU, MultiStateFilter, Track, constrained, free_rows
 from taskslam.slam.msckf.observation import seen_from
+from taskslam.slam.msckf.settings import MsckfSettings
 
 G = np.array([0.0, 0.0, -9.81])
 BASELINE = 0.11
@@ -24,8 +26,16 @@ def camera():
 
 
 def a_filter(constrain=True, yaw=YAW):
+    settings = MsckfSettings(
+        **dict(zip(("gyro_noise", "acc_noise", "gyro_bias_noise", "acc_bias_noise"), NOISE.tolist(), strict=True)),
+        feature_noise=FEATURE_NOISE,
+        gate=0.95,
+        observability_constraints=constrain,
+    )
+    filter_ = MultiStateFilter(settings, camera(), BASELINE, G, np.zeros(3))
     initial = np.array([1e-8, 1e-8, yaw**2] + [1e-8] * 3 + [1.0] * 3 + [1e-6] * 3 + [1e-4] * 3 + [1e-8] * 6)
-    return Msckf(camera(), BASELINE, G, np.zeros(3), initial, NOISE, FEATURE_NOISE, 0.95, constrain, 1500)
+    filter_.P = np.diag(initial)
+    return filter_
 
 
 def on_the_circle(t):
@@ -150,6 +160,50 @@ def test_a_pose_enters_with_the_imus_errors_and_leaves_without_trace() -> None:
     np.testing.assert_allclose(filter_.P[IMU:, :IMU], J @ before, atol=1e-6)
     filter_.leave([7])
     np.testing.assert_array_equal(filter_.P, before)
+
+
+def test_an_update_equals_a_factor_graph_of_the_same_rows() -> None:
+    """gtsam solves the prior and the rows as one least-squares problem, and knows nothing of Kalman."""
+    filter_, dice = a_filter(), np.random.default_rng(3)
+    for k in range(2):
+        filter_.carry(np.array([0.1, 0.0, 0.3]), np.array([0.1, 0.2, 9.8]), 0.1)
+        filter_.enter(k)
+    filter_.P += 1e-6 * np.eye(len(filter_.P))  # two poses that entered without noise between: not to be singular
+    size, p, v = len(filter_.P), filter_.p.copy(), filter_.v.copy()
+    H, r = np.zeros((12, size)), 0.01 * dice.normal(size=12)
+    H[:, IMU:] = dice.normal(size=(12, size - IMU))
+    graph = gtsam.GaussianFactorGraph()
+    whitened = np.linalg.inv(np.linalg.cholesky(filter_.P))
+    graph.add(gtsam.JacobianFactor(0, whitened, np.zeros(size), gtsam.noiseModel.Unit.Create(size)))
+    graph.add(gtsam.JacobianFactor(0, H, r, gtsam.noiseModel.Isotropic.Sigma(12, FEATURE_NOISE)))
+    expected, information = graph.optimize().at(0), graph.hessian()[0]
+    filter_._update(H, r)
+    np.testing.assert_allclose(np.concatenate([filter_.p - p, filter_.v - v]), expected[3:9], atol=1e-8)
+    np.testing.assert_allclose(filter_.P, np.linalg.inv(information), atol=1e-8)
+
+
+def test_while_the_imu_is_silent_it_goes_straight_on_and_knows_less_and_less() -> None:
+    filter_ = a_filter()
+    filter_.v = np.array([0.3, 0.0, 0.0])
+    deviations = []
+    for _ in range(5):
+        filter_.coast(0.1)
+        deviations.append(np.sqrt(np.diag(filter_.P)[3]))
+    np.testing.assert_allclose(filter_.p, [0.15, 0.0, 0.0], atol=1e-12)
+    assert (np.diff(deviations) > 0).all()
+
+
+def test_a_filter_that_gives_up_its_certainty_stays_where_it_is() -> None:
+    filter_ = a_filter()
+    fresh = MultiStateFilter(filter_._settings, camera(), BASELINE, G, np.zeros(3)).P
+    for k in range(3):
+        filter_.carry(np.array([0.1, 0.0, 0.3]), np.array([0.1, 0.2, 9.8]), 0.1)
+        filter_.enter(k)
+    p = filter_.p.copy()
+    filter_.reset()
+    np.testing.assert_array_equal(filter_.p, p)
+    np.testing.assert_array_equal(filter_.P, fresh)
+    assert not filter_.window
 
 
 @pytest.mark.parametrize("constrain", [True, False])

@@ -17,8 +17,12 @@ from taskslam.geometry import FloatArray
 from taskslam.slam.inertial.propagation import move, transition
 from taskslam.slam.inertial.rotations import exp_so3, hat
 from taskslam.slam.msckf.observation import ROWS, derivatives, project_out, seen_from, triangulate
+from taskslam.slam.msckf.settings import MsckfSettings
+from taskslam.slam.vision.cholesky import solve_positive
 
 IMU = 21
+_AS_GIVEN = 1e-8  # variance of a pose that is the origin of the world
+_UNKNOWN_TURN, _UNKNOWN_ACCELERATION = 1.0, 2.0  # rad/s, m/s^2: standard deviations while the IMU is silent
 
 
 @dataclass
@@ -40,47 +44,64 @@ class Track:
     seen: list[FloatArray] = field(default_factory=list)
 
 
-class Msckf:
-    """Estimate and covariance; `carry`, `enter`, `tell`, `leave`.
+class MultiStateFilter:
+    """Estimate and covariance; `carry` and `coast`, `enter`, `tell`, `leave`.
 
-    R_ic, p_ic: pose of the left camera in the IMU. baseline: m. gravity: (3,) in the world, down.
-    noise: standard deviations of one sample of gyro and accelerometer, and of their biases' random walks.
+    T_imu_camera: (4, 4) left camera in the IMU. baseline: m. gravity: (3,) in the world, down. The world is where the
+    IMU was at the beginning.
     """
 
     def __init__(
         self,
+        settings: MsckfSettings,
         T_imu_camera: FloatArray,
         baseline: float,
         gravity: FloatArray,
         gyro_bias: FloatArray,
-        initial: FloatArray,
-        noise: FloatArray,
-        feature_noise: float,
-        gate: float,
-        constrained: bool,
-        most_rows: int,
     ) -> None:
+        s = self._settings = settings
         self.R, self.p, self.v = np.eye(3), np.zeros(3), np.zeros(3)
         self.b_g, self.b_a = gyro_bias.copy(), np.zeros(3)
         self.R_ic, self.p_ic = T_imu_camera[:3, :3].copy(), T_imu_camera[:3, 3].copy()
         self.g = gravity.copy()
+        self._baseline = baseline
+        self._deviations = np.array([s.gyro_noise, s.acc_noise, s.gyro_bias_noise, s.acc_bias_noise])
+        self._gates = chi2.ppf(s.gate, np.arange(1, s.max_cam_state_size + 1))
+        self.reset()
+
+    def reset(self) -> None:
+        """As sure as at the beginning, with an empty window, of whatever is estimated now."""
+        s = self._settings
         self.window: list[CameraPose] = []
-        self.P = np.diag(initial)
         self._linear = (self.R, self.p, self.v)
-        self._baseline, self._noise, self._feature_noise = baseline, noise, feature_noise
-        self._constrained, self._most_rows = constrained, most_rows
-        self._gates = chi2.ppf(gate, np.arange(1, ROWS * 200))
+        variances = (
+            _AS_GIVEN,
+            _AS_GIVEN,
+            s.initial_covariance_velocity,
+            s.initial_covariance_gyro_bias,
+            s.initial_covariance_acc_bias,
+            s.initial_covariance_extrinsic_rotation,
+            s.initial_covariance_extrinsic_translation,
+        )
+        self.P = np.diag(np.repeat(variances, 3))
 
     def carry(self, rate: FloatArray, force: FloatArray, dt: float) -> None:
-        """Over one sample of the IMU, dt seconds."""
-        rate, force = rate - self.b_g, force - self.b_a
+        """Over one sample of the IMU, (3,) rad/s and (3,) m/s^2, of dt seconds."""
+        self._move(rate - self.b_g, force - self.b_a, dt, self._deviations)
+
+    def coast(self, dt: float) -> None:
+        """Over dt seconds of which the IMU says nothing: straight on, and as unsure as a robot may move."""
+        unsure = np.array([_UNKNOWN_TURN, _UNKNOWN_ACCELERATION, *self._deviations[2:]])
+        self._move(np.zeros(3), -self.R.T @ self.g, dt, unsure)
+
+    def _move(self, rate: FloatArray, force: FloatArray, dt: float, deviations: FloatArray) -> None:
         F = transition(self.R, rate, force, dt)
         moved = move(self.R, self.p, self.v, rate, force, self.g, dt)
-        if self._constrained:
+        if self._settings.observability_constraints:
             F = constrained(F, *self._linear, *moved, self.g, dt)
         self.R, self.p, self.v = moved
         self._linear = moved
-        per_root_s = self._noise**2 * np.array([dt * dt, dt * dt, dt, dt])
+        per_root_s = deviations**2 * np.array([dt * dt, dt * dt, dt, dt])
         variances = np.concatenate([np.full(3, per_root_s[0]), np.zeros(3), np.repeat(per_root_s[1:], 3)])
         self.P[:15, :15] = F @ self.P[:15, :15] @ F.T + np.diag(variances)
         self.P[:15, 15:] = F @ self.P[:15, 15:]
@@ -119,10 +140,10 @@ class Msckf:
             self._baseline,
             self.g,
             self.P,
-            self._constrained,
-            self._feature_noise**2,
+            self._settings.observability_constraints,
+            self._settings.feature_noise**2,
             self._gates,
-            self._most_rows,
+            self._settings.most_rows,
         )
         if believed:
             self._update(H, r)
@@ -130,7 +151,7 @@ class Msckf:
 
     def _update(self, H: FloatArray, r: FloatArray) -> None:
         """In the form whose matrices have the size of the state: P' = P - P A (1 + P A)^-1 P, A = H^T H / variance."""
-        variance = self._feature_noise**2
+        variance = self._settings.feature_noise**2
         used = np.flatnonzero(np.any(H != 0.0, axis=0))
         H = H[:, used]
         A, b = H.T @ H / variance, H.T @ r / variance
@@ -230,7 +251,8 @@ def rows_of(  # type: ignore[no-untyped-def]
         S = some @ np.ascontiguousarray(P[begin:end, begin:end]) @ some.T
         for k in range(len(S)):
             S[k, k] += variance
-        if left @ np.linalg.solve(S, left) > gates[len(poses) - 2]:
+        weighed, positive = solve_positive(S, left)
+        if not positive or left @ weighed > gates[len(poses) - 2]:
             continue
         H[rows : rows + len(left), begin:end] = some
         r[rows : rows + len(left)] = left

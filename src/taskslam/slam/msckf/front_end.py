@@ -9,18 +9,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from taskslam.geometry import FloatArray
 from taskslam.slam.msckf.settings import MsckfSettings
+from taskslam.slam.msckf.two_point_ransac import one_translation
+from taskslam.slam.vision.pinhole import Pinhole
+from taskslam.slam.vision.pyramid import GreyImage
+from taskslam.slam.vision.stereo_matching import correlations
 
-Image = npt.NDArray[np.uint8]
 Pixels = npt.NDArray[np.float32]
 Numbers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
-_RANSAC_TRIALS = 20
+_APART = 3  # pixels between a feature and a new corner, at least
+_STILL = 1.0  # pixels: of less, a mean shift has no direction
+_SEED = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,127 +49,123 @@ _NONE = Features(
 )
 
 
-class FrontEnd:
-    """What is tracked at the moment. focal, center: pixels."""
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a pair shows, to be kept or not. share: of the features before that were found again, 1 without any."""
 
-    def __init__(self, settings: MsckfSettings, focal: float, center: tuple[float, float], seed: int = 0) -> None:
+    left: GreyImage
+    features: Features
+    share: float
+    cells: int
+
+
+class FrontEnd:
+    """What is tracked at the moment."""
+
+    def __init__(self, settings: MsckfSettings, pinhole: Pinhole) -> None:
+        import cv2  # not a dependency of the core
+
         cv2.setNumThreads(1)
-        self._settings, self._focal = settings, focal
-        self._center = np.array(center, np.float32)
+        self._settings, self._pinhole = settings, pinhole
+        self._center = np.array([pinhole.cx, pinhole.cy], np.float32)
         self._fast = cv2.FastFeatureDetector.create(settings.fast_threshold)
         self._flow: dict[str, Any] = {
             "winSize": (settings.patch_size, settings.patch_size),
             "maxLevel": settings.pyramid_levels,
+            "flags": cv2.OPTFLOW_USE_INITIAL_FLOW,
             "criteria": (
                 cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT,
                 settings.max_iteration,
                 settings.track_precision,
             ),
         }
-        self._before: Image | None = None
+        self._find_flow: Any = cv2.calcOpticalFlowPyrLK
+        self._pixels_of: Any = cv2.KeyPoint.convert
+        self._dice = np.random.Generator(np.random.PCG64(_SEED))
+        self._before: GreyImage | None = None
         self.features = _NONE
         self._next = 0
-        self._dice = np.random.Generator(np.random.PCG64(seed))
 
-    def observe(self, left: Image, right: Image, R_before_now: FloatArray) -> float:
-        """Take a pair; returns the share of features that were found again (1 for the first).
+    def look(self, left: GreyImage, right: GreyImage, R_before_now: FloatArray) -> Seen:
+        """What a pair shows of the features of the last one that was kept, and new ones.
 
-        R_before_now: (3, 3) rotation of the left camera since the pair before, by the gyro.
+        R_before_now: (3, 3) rotation of the left camera since that pair, by the gyro.
         """
-        before, share = self.features, 1.0
-        tracked, guess = before, before.left
+        before, tracked, guess = self.features, self.features, self.features.left
         if self._before is not None and len(before):
             tracked, guess = self._tracked(left, before, R_before_now)
-        fresh = self._corners(left, tracked)
-        self._before = left
+        fresh = self._corners(left, guess)
         both = np.vstack([guess, fresh]).astype(np.float32)
         disparity = np.vstack([tracked.left - tracked.right, np.zeros_like(fresh)])
         at_right, good = self._matched(left, right, both, disparity)
         count = len(tracked)
         kept = tracked.kept(good[:count])
-        self.features = Features(kept.ids, guess[good[:count]], at_right[:count][good[:count]], kept.lifetime + 1)
-        if len(before):
-            share = len(self.features) / len(before)
-        self._add(fresh[good[count:]], at_right[count:][good[count:]], left.shape)
-        return share
+        old = Features(kept.ids, guess[good[:count]], at_right[:count][good[:count]], kept.lifetime + 1)
+        share = len(old) / len(before) if len(before) else 1.0
+        features = self._filled(old, fresh[good[count:]], at_right[count:][good[count:]], left.shape)
+        return Seen(left, features, share, len(np.unique(self._cells(features.left, left.shape))))
+
+    def keep(self, seen: Seen) -> None:
+        """This pair is what the next one is compared with."""
+        self._before, self.features = seen.left, seen.features
+        self._next = max(self._next, int(seen.features.ids.max(initial=-1)) + 1)
+
+    def forget(self) -> None:
+        """The next pair begins anew."""
+        self._before, self.features = None, _NONE
 
     def normalised(self) -> FloatArray:
-        """(N, 3) observations (`observation.py`)."""
-        left, right = (
-            (self.features.left - self._center) / self._focal,
-            (self.features.right - self._center) / self._focal,
-        )
+        """(N, 3) observations (`observation.py`) of the features that are tracked."""
+        left, right = ((side - self._center) / self._pinhole.f for side in (self.features.left, self.features.right))
         return np.column_stack([left[:, 0], 0.5 * (left[:, 1] + right[:, 1]), right[:, 0]]).astype(np.float64)
 
-    def _tracked(self, image: Image, before: Features, R_before_now: FloatArray) -> tuple[Features, Pixels]:
+    def _tracked(self, image: GreyImage, before: Features, R_before_now: FloatArray) -> tuple[Features, Pixels]:
         """Features found again in the left image, and where."""
-        turned = self._turned(before.left, R_before_now)
-        now, found, _ = cv2.calcOpticalFlowPyrLK(
-            self._before, image, before.left, turned.copy(), flags=cv2.OPTFLOW_USE_INITIAL_FLOW, **self._flow
-        )
-        good = np.flatnonzero((found.ravel() == 1) & _inside(now, image.shape))
-        good = good[self._ransac(turned[good], now[good])]
+        rays = np.column_stack([self._rays(before.left), np.ones(len(before))]) @ R_before_now
+        turned = ((rays[:, :2] / rays[:, 2:]) * self._pinhole.f + self._center).astype(np.float32)
+        now, found, _ = self._find_flow(self._before, image, before.left, turned.copy(), **self._flow)
+        good = np.flatnonzero((found.ravel() == 1) & (rays[:, 2] > 0.0) & _inside(now, image.shape))
+        good = good[self.agreeing(turned[good], now[good])]
         return before.kept(good), now[good]
 
-    def _matched(self, left_image: Image, right_image: Image, left: Pixels, disparity: Pixels) -> tuple[Pixels, Mask]:
-        """(N, 2) right pixels of left ones, begun at a disparity, and which of them hold."""
-        if not len(left):
-            return left, np.zeros(0, bool)
-        right, found, _ = cv2.calcOpticalFlowPyrLK(
-            left_image, right_image, left, left - disparity, flags=cv2.OPTFLOW_USE_INITIAL_FLOW, **self._flow
-        )
-        offset = left - right
-        good = (found.ravel() == 1) & _inside(right, right_image.shape)
-        good &= (np.abs(offset[:, 1]) < self._settings.stereo_threshold) & (offset[:, 0] > 0.0)
-        return right, good
-
-    def _turned(self, pixels: Pixels, R_before_now: FloatArray) -> Pixels:
-        """Where pixels go by the camera's rotation alone."""
-        rays = np.column_stack([(pixels - self._center) / self._focal, np.ones(len(pixels))]) @ R_before_now
-        turned: Pixels = ((rays[:, :2] / rays[:, 2:]) * self._focal + self._center).astype(np.float32)
-        return turned
-
-    def _ransac(self, before: Pixels, now: Pixels) -> Mask:
-        """Which (N, 2) pixels, before turned by the gyro, moved along epipolar lines of one translation.
-
-        Two of them give its direction; all within the threshold of it agree (Troiani et al., ICRA 2014).
-        """
-        count = len(before)
-        if count < 3:
-            return np.ones(count, bool)
+    def agreeing(self, before: Pixels, now: Pixels) -> Mask:
+        """Which (N, 2) pixels, before turned by the gyro, moved along the epipolar lines of one translation."""
+        shifts = np.hypot(*(now - before).T)
         threshold = self._settings.ransac_threshold
-        shift = now - before
-        if np.mean(np.hypot(*shift.T)) < 1.0:
-            still: Mask = np.hypot(*shift.T) < threshold
-            return still
-        a = np.column_stack([(before - self._center) / self._focal, np.ones(count)])
-        b = np.column_stack([(now - self._center) / self._focal, np.ones(count)])
-        lines = np.cross(a, b)  # t . (a x b) = 0
-        best = np.zeros(count, bool)
-        for _ in range(_RANSAC_TRIALS):
-            i, j = self._dice.choice(count, 2, replace=False)
-            t = np.cross(lines[i], lines[j])
-            length = np.linalg.norm(t)
-            if length < 1e-12:
-                continue
-            normal = np.cross(t / length, a)
-            off = np.abs(np.sum(normal * b, axis=1)) / np.maximum(np.hypot(normal[:, 0], normal[:, 1]), 1e-9)
-            agree = off * self._focal < threshold
-            if agree.sum() > best.sum():
-                best = agree
-        return best
+        if len(before) < 3 or shifts.mean() < _STILL:
+            near: Mask = shifts < threshold
+            return near
+        draws = self._dice.integers(0, len(before), (self._settings.ransac_draws, 2))
+        agree: Mask = one_translation(self._rays(before), self._rays(now), draws, threshold / self._pinhole.f)
+        return agree
 
-    def _corners(self, image: Image, tracked: Features) -> Pixels:
+    def _matched(self, left: GreyImage, right: GreyImage, pixels: Pixels, disparity: Pixels) -> tuple[Pixels, Mask]:
+        """(N, 2) right pixels of left ones, begun at a disparity, and which of them hold."""
+        if not len(pixels):
+            return pixels, np.zeros(0, bool)
+        matches, found, _ = self._find_flow(left, right, pixels, pixels - disparity, **self._flow)
+        offset = pixels - matches
+        good = (found.ravel() == 1) & _inside(matches, right.shape) & (offset[:, 0] > 0.0)
+        good &= np.abs(offset[:, 1]) < self._settings.stereo_threshold
+        alike = correlations(left, right, pixels.astype(np.float64), matches.astype(np.float64))
+        return matches, good & (alike >= self._settings.least_correlation)
+
+    def _rays(self, pixels: Pixels) -> FloatArray:
+        """(N, 2) normalised coordinates."""
+        rays: FloatArray = ((pixels - self._center) / self._pinhole.f).astype(np.float64)
+        return rays
+
+    def _corners(self, image: GreyImage, at: Pixels) -> Pixels:
         """Candidates for cells that have few: the strongest, twice as many as are wanting."""
         s = self._settings
-        counts = np.bincount(self._cells(tracked.left, image.shape), minlength=s.grid_row * s.grid_col)
+        counts = np.bincount(self._cells(at, image.shape), minlength=s.grid_row * s.grid_col)
         mask = np.full(image.shape, 255, np.uint8)
-        for x, y in tracked.left.astype(np.int64):
-            mask[max(0, y - 3) : y + 4, max(0, x - 3) : x + 4] = 0
+        for x, y in np.floor(at).astype(np.int64).tolist():
+            mask[max(0, y - _APART) : y + _APART + 1, max(0, x - _APART) : x + _APART + 1] = 0
         corners = self._fast.detect(image, mask)
         if not corners:
             return np.zeros((0, 2), np.float32)
-        pixels: Pixels = cv2.KeyPoint_convert(corners)  # type: ignore[attr-defined]
+        pixels: Pixels = self._pixels_of(corners)
         cells = self._cells(pixels, image.shape)
         wanting = np.flatnonzero(counts[cells] < s.grid_min_feature_num)
         strength = np.array([corners[n].response for n in wanting.tolist()])
@@ -174,10 +174,9 @@ class FrontEnd:
         pixels, cells = pixels[order], cells[order]
         return pixels[_rank(cells) < 2 * (s.grid_min_feature_num - counts[cells])]
 
-    def _add(self, left: Pixels, right: Pixels, shape: tuple[int, ...]) -> None:
-        """Fill cells that have few with matched corners, and thin those that have many, the youngest first."""
+    def _filled(self, old: Features, left: Pixels, right: Pixels, shape: tuple[int, ...]) -> Features:
+        """Cells that have few filled with matched corners, and those that have many thinned, the youngest first."""
         s = self._settings
-        old = self.features
         order = np.lexsort((old.ids, -old.lifetime, self._cells(old.left, shape)))
         old = old.kept(order)
         old = old.kept(_rank(self._cells(old.left, shape)) < s.grid_max_feature_num)
@@ -185,8 +184,7 @@ class FrontEnd:
         cells = self._cells(left, shape)
         chosen = _rank(cells) < s.grid_min_feature_num - counts[cells]
         ids = self._next + np.arange(np.count_nonzero(chosen))
-        self._next += len(ids)
-        self.features = Features(
+        return Features(
             np.concatenate([old.ids, ids]),
             np.vstack([old.left, left[chosen]]).astype(np.float32),
             np.vstack([old.right, right[chosen]]).astype(np.float32),

@@ -12,6 +12,7 @@ import numpy as np
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
+from taskslam.slam.vision.cholesky import solve_positive
 
 ROWS = 3
 
@@ -117,7 +118,9 @@ def triangulate(rotations: FloatArray, positions: FloatArray, seen: FloatArray, 
         for k in range(3):
             A[k, k] *= 1.0 + damping
             A[k, k] += 1e-12
-        step = np.linalg.solve(A, b)
+        step, positive = solve_positive(A, b)
+        if not positive:
+            return landmark, False
         tried = landmark - step
         new = 0.0
         for m in range(len(seen)):

@@ -1,151 +1,187 @@
-"""`StereoInertialOdometry`: IMU samples and rectified pairs in, a pose for every pair out."""
+"""`StereoInertialOdometry`: IMU samples and rectified pairs in, a pose for every pair out.
+
+What the papers leave open, or what is ours: a sample of the IMU holds since the one before it. A pair that shows too
+little is no measurement (`settings.py`): the IMU goes on alone, and what was seen before is looked for in the next
+pair, so that a wink costs nothing; what becomes of longer darkness, `vision/vigil.py` tells. Where the IMU is silent for
+longer than `imu_gap` the robot is taken to go on as it went, after a second of silence to stand, and is lost meanwhile.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+import numpy.typing as npt
 
 from taskslam.errors import InputError
 from taskslam.geometry import OPTICAL_IN_BODY, FloatArray, invert_se3
-from taskslam.measurements import NANOSECONDS, ImuSamples, StereoImages
+from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement
 from taskslam.robot import Imu, StereoCamera
 from taskslam.slam.base import Status
 from taskslam.slam.inertial.rotations import log_so3
 from taskslam.slam.inertial.still_start import standstill
-from taskslam.slam.msckf.filter import Msckf, Track
-from taskslam.slam.msckf.front_end import FrontEnd, Image
+from taskslam.slam.msckf.filter import MultiStateFilter, Track
+from taskslam.slam.msckf.front_end import FrontEnd, Seen
 from taskslam.slam.msckf.settings import MsckfSettings
+from taskslam.slam.vision.pinhole import Pinhole
+from taskslam.slam.vision.pyramid import grey
+from taskslam.slam.vision.vigil import Vigil
 
-_GAP = NANOSECONDS // 10
-_FEWEST, _LOST_AFTER = 10, NANOSECONDS // 2
-_UPRIGHT = 0.7
+_SILENCE = NANOSECONDS
+_FASTEST, _HARDEST = 100.0, 1000.0  # rad/s, m/s^2: what no sample says
+_UPRIGHT = 0.7  # cosine of the angle between the two downs, of the IMU and of its mount
+_LEAST_SIGHTINGS = 3  # of a landmark that the filter is told of
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """T_world_imu: (4, 4). covariance: (6, 6) of rotation in the IMU frame and position in the world."""
+    """T_world_camera: (4, 4), the world being the first left camera, optical axes."""
 
-    T_world_imu: FloatArray
+    T_world_camera: FloatArray
     status: Status
-    covariance: FloatArray
 
 
 class StereoInertialOdometry:
-    """The filter, the features, and what the IMU has said since the last pair."""
+    """The filter, the features, and what the IMU has said since the last pair.
 
-    def __init__(self, settings: MsckfSettings, camera: StereoCamera, imu: Imu) -> None:
-        self._settings, self._imu = settings, imu
+    noisy: whether two pictures of the same thing must differ.
+    """
+
+    def __init__(self, settings: MsckfSettings, camera: StereoCamera, imu: Imu, noisy: bool = False) -> None:
+        s = self._settings = settings
+        self._imu, self._noisy = imu, noisy
         self._T_imu_camera = invert_se3(imu.mount.matrix()) @ camera.mount.matrix() @ OPTICAL_IN_BODY
         self._down_of_mount = -imu.mount.matrix()[2, :3]
         self._baseline = camera.baseline
-        self.front_end = FrontEnd(settings, camera.focal_length, camera.center)
-        self.filter: Msckf | None = None
+        self.front_end = FrontEnd(s, Pinhole.of(camera))
+        self.filter: MultiStateFilter | None = None
+        self._vigil = Vigil(s.lost_after, s.reinit_after)
         self._tracks: dict[int, Track] = {}
-        self._now, self._last_stamp, self._good_until = 0, 0, 0
+        self._pair: tuple[npt.NDArray[np.uint8], ...] = ()
+        self._R_kept = np.eye(3)  # of the IMU in the world, at the pair that the next is compared with
+        self._now, self._last_stamp = 0, 0
         self._scale = 1.0
-        self._last = np.zeros(3), np.zeros(3)
         self._samples: list[tuple[int, FloatArray, FloatArray]] = []
 
-    def add(self, samples: ImuSamples) -> None:
-        """Keep samples until the pair that they belong to; those that are not finite or come too late are left out."""
+    def hear(self, measurement: Measurement) -> None:
+        """Keep samples until the pair that they belong to; those that cannot be, or come too late, are left out.
+
+        Raises:
+            InputError: the IMU says at rest that the robot does not stand upright; names the angle.
+        """
+        if not isinstance(measurement, ImuSamples):
+            return
         for stamp, rate, force in zip(
-            samples.stamps.tolist(), samples.angular_velocity, samples.linear_acceleration, strict=True
+            measurement.stamps.tolist(), measurement.angular_velocity, measurement.linear_acceleration, strict=True
         ):
-            if stamp > self._last_stamp and np.isfinite(rate).all() and np.isfinite(force).all():
+            possible = (np.abs(rate) < _FASTEST).all() and (np.abs(force) < _HARDEST).all()  # and so finite
+            if stamp > self._last_stamp and possible:
                 self._last_stamp = stamp
                 self._samples.append((stamp, np.array(rate, np.float64), np.array(force, np.float64)))
         if self.filter is None:
             self._try_to_begin()
 
-    def process(self, pair: StereoImages) -> Outcome:
-        """The pose at the pair's stamp. Raises InputError: the IMU does not stand upright at the start."""
-        if self.filter is None or (pair.stamp <= self._now and not self.filter.window):
+    def process(self, left: npt.NDArray[np.uint8], right: npt.NDArray[np.uint8], stamp: int) -> Outcome:
+        """Take in a pair of (H, W) or (H, W, 3) images, stamped in ns, after those before."""
+        s, pair = self._settings, (np.array(grey(left), order="C"), np.array(grey(right), order="C"))
+        before, self._pair = self._pair, pair
+        if self.filter is None:
             return self._outcome(Status.STARTING)
-        if pair.stamp <= self._now:
+        if stamp <= self._now:
+            return self._outcome(Status.LOST if self.filter.window else Status.STARTING)
+        heard = stamp - self._last_stamp <= s.imu_gap * NANOSECONDS
+        self._carry(stamp)
+        R_before_now = self.filter.R_ic.T @ self._R_kept.T @ self.filter.R @ self.filter.R_ic
+        frozen = self._noisy and len(before) > 0 and all(map(np.array_equal, before, pair))
+        seen = None if frozen else self.front_end.look(*pair, R_before_now)
+        if seen is None or not self._fits(seen):
+            if self._vigil.gives_up(stamp):
+                self._forget()
+            return self._outcome(self._vigil.misses(stamp))
+        self._vigil.fits(stamp)
+        self.front_end.keep(seen)
+        self._R_kept = self.filter.R
+        self.filter.enter(stamp)
+        self._note(stamp)
+        self._tell_of_the_ended()
+        self._shrink(seen.share)
+        if self._deviation() > s.position_std_threshold:
+            self.filter.reset()
+            self._forget()
             return self._outcome(Status.LOST)
-        heard = pair.stamp - self._last_stamp <= _GAP
-        R_before_now = self._carry(pair.stamp)
-        self.filter.enter(pair.stamp)
-        share = self.front_end.observe(_grey(pair.left), _grey(pair.right), R_before_now)
-        believed = self._tell(pair.stamp)
-        self._shrink(share)
-        if len(self.front_end.features) >= _FEWEST and (believed or share > 0.5):
-            self._good_until = pair.stamp
-        deviation = np.sqrt(np.diag(self.filter.P)[3:6]).max()
-        lost = pair.stamp - self._good_until > _LOST_AFTER or deviation > self._settings.position_std_threshold
-        return self._outcome(Status.LOST if lost or not heard else Status.TRACKING)
+        return self._outcome(Status.TRACKING if heard else Status.LOST)
+
+    def _fits(self, seen: Seen) -> bool:
+        s = self._settings
+        return seen.share >= s.least_share and len(seen.features) >= s.least_features and seen.cells >= s.least_cells
+
+    def _forget(self) -> None:
+        """Begin with new features where the IMU has it."""
+        self.front_end.forget()
+        self._tracks = {}
+
+    def _deviation(self) -> float:
+        """The largest standard deviation of the position, m."""
+        assert self.filter is not None
+        return float(np.sqrt(np.diag(self.filter.P)[3:6].max()))
 
     def _try_to_begin(self) -> None:
+        """Take gravity and the gyro's bias from the last seconds, if the robot stood."""
         s = self._settings
         stamps = [stamp for stamp, _, _ in self._samples]
-        if not stamps or stamps[-1] - stamps[0] + 1.5e9 / self._imu.rate < s.still_start * NANOSECONDS:
+        if not stamps or stamps[-1] - stamps[0] + 1.5 * NANOSECONDS / self._imu.rate < s.still_start * NANOSECONDS:
             return
         rates, forces = (np.array([sample[k] for sample in self._samples]) for k in (1, 2))
         found = standstill(rates, forces, self._imu.gyro_noise, self._imu.accel_noise, s.gravity)
         if found is None:
             del self._samples[: len(stamps) // 2 + 1]
             return
-        if found.gravity @ self._down_of_mount < _UPRIGHT * s.gravity:
-            raise InputError("msckf: at rest the IMU does not stand upright as its mount in the robot's rig says")
-        initial = np.repeat(
-            [
-                1e-8,
-                1e-8,
-                s.initial_covariance_velocity,
-                s.initial_covariance_gyro_bias,
-                s.initial_covariance_acc_bias,
-                s.initial_covariance_extrinsic_rotation,
-                s.initial_covariance_extrinsic_translation,
-            ],
-            3,
-        )
-        noise = np.array([s.gyro_noise, s.acc_noise, s.gyro_bias_noise, s.acc_bias_noise])
-        self.filter = Msckf(
-            self._T_imu_camera,
-            self._baseline,
-            found.gravity,
-            found.gyro_bias,
-            initial,
-            noise,
-            s.feature_noise,
-            s.gate,
-            s.observability_constraints,
-            s.most_rows,
-        )
-        self._scale, self._now, self._good_until = found.scale, stamps[-1], stamps[-1]
-        self._last = found.gyro_bias, -found.gravity
+        upright = float(found.gravity @ self._down_of_mount) / s.gravity
+        if upright < _UPRIGHT:
+            angle = np.degrees(np.arccos(max(-1.0, upright)))
+            raise InputError(
+                f"msckf: at rest the IMU measures gravity {angle:.0f} degrees away from where its mount in the robot's "
+                f"rig has it; is it mounted as rig.imu.mount says?"
+            )
+        self.filter = MultiStateFilter(s, self._T_imu_camera, self._baseline, found.gravity, found.gyro_bias)
+        self._scale, self._now = found.scale, stamps[-1]
         self._samples = []
 
-    def _carry(self, end: int) -> FloatArray:
-        """Take the state to `end` (ns); returns the rotation of the left camera meanwhile."""
+    def _carry(self, end: int) -> None:
+        """Take the state to `end`, ns; the samples up to it are used up."""
         assert self.filter is not None
-        R = self.filter.R
+        gap = self._settings.imu_gap * NANOSECONDS
         pieces = [sample for sample in self._samples if sample[0] <= end]
-        self._samples = self._samples[len(pieces) :]
+        later = self._samples[len(pieces) :]
+        self._samples = later
         if not pieces or pieces[-1][0] < end:
-            rate, force = (pieces[-1][1], pieces[-1][2] * self._scale) if pieces else self._last
-            pieces.append((end, rate, force / self._scale))
+            held = (pieces or later)[-1:] or [(end, self.filter.b_g, -self.filter.R.T @ self.filter.g / self._scale)]
+            pieces.append((end, held[0][1], held[0][2]))
         for stamp, rate, force in pieces:
-            dt = (stamp - self._now) / NANOSECONDS
-            if dt > 0.0:
-                self.filter.carry(rate, force * self._scale, dt)
-                self._last, self._now = (rate, force * self._scale), stamp
-        turned: FloatArray = self.filter.R_ic.T @ R.T @ self.filter.R @ self.filter.R_ic
-        return turned
+            took = stamp - self._now
+            if took <= 0:
+                continue
+            self._now = stamp
+            if took <= gap and stamp - self._last_stamp <= gap:
+                self.filter.carry(rate, force * self._scale, took / NANOSECONDS)
+                continue
+            if took >= _SILENCE:
+                self.filter.v = np.zeros(3)
+            self.filter.coast(min(took, _SILENCE) / NANOSECONDS)
 
-    def _tell(self, stamp: int) -> int:
-        """Note what is seen now; tell the filter of landmarks that are seen no longer."""
-        assert self.filter is not None
+    def _note(self, stamp: int) -> None:
+        """What is seen now, by landmark."""
         for name, seen in zip(self.front_end.features.ids.tolist(), self.front_end.normalised(), strict=True):
             track = self._tracks.setdefault(name, Track())
             track.stamps.append(stamp)
             track.seen.append(seen)
+
+    def _tell_of_the_ended(self) -> None:
+        """Tell the filter of landmarks that are seen no longer."""
+        assert self.filter is not None
         live = set(self.front_end.features.ids.tolist())
-        ended = [name for name in self._tracks if name not in live]
-        told = [self._tracks.pop(name) for name in ended]
-        return self.filter.tell([track for track in told if len(track.stamps) >= 3])
+        ended = [self._tracks.pop(name) for name in list(self._tracks) if name not in live]
+        self.filter.tell([track for track in ended if len(track.stamps) >= _LEAST_SIGHTINGS])
 
     def _shrink(self, share: float) -> None:
         """Where the window is full, two poses leave it, and what was seen from both is told before."""
@@ -156,7 +192,7 @@ class StereoInertialOdometry:
         told = []
         for track in self._tracks.values():
             both = [n for n, stamp in enumerate(track.stamps) if stamp in gone]
-            if len(both) == 2 and len(track.stamps) >= 3:
+            if len(both) == 2 and len(track.stamps) >= _LEAST_SIGHTINGS:
                 told.append(Track([track.stamps[n] for n in both], [track.seen[n] for n in both]))
         self.filter.tell(told)
         for track in self._tracks.values():
@@ -182,26 +218,19 @@ class StereoInertialOdometry:
                 latest -= 1
         return sorted(set(gone))
 
+    def planar_covariance(self) -> FloatArray:
+        """(3, 3) over x, y, theta in the start frame; zeros before the beginning."""
+        if self.filter is None:
+            return np.zeros((3, 3))
+        R_base_imu = self._imu.mount.matrix()[:3, :3]
+        across = np.zeros((3, 6))
+        across[:2, 3:] = R_base_imu[:2]
+        across[2, :3] = (R_base_imu @ self.filter.R)[2]
+        planar: FloatArray = across @ self.filter.P[:6, :6] @ across.T
+        return planar
+
     def _outcome(self, status: Status) -> Outcome:
         T = np.eye(4)
-        if self.filter is None:
-            return Outcome(T, status, np.zeros((6, 6)))
-        T[:3, :3], T[:3, 3] = self.filter.R, self.filter.p
-        return Outcome(T, status, self.filter.P[:6, :6].copy())
-
-
-def _grey(image: Image) -> Image:
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) if image.ndim == 3 else image
-    return np.ascontiguousarray(grey, np.uint8)
-
-
-def warm_up(settings: MsckfSettings, camera: StereoCamera) -> None:
-    """Run the compiled parts once, so that no pair waits for compilation."""
-    down = np.array([0.0, 0.0, -settings.gravity])
-    noise = np.full(4, 1e-3)
-    filter_ = Msckf(np.eye(4), camera.baseline, down, np.zeros(3), np.full(21, 1e-4), noise, 0.01, 0.5, True, 100)
-    for k in range(4):
-        filter_.carry(np.full(3, 0.01), np.array([0.5, 0.2, settings.gravity]), 0.1)
-        filter_.enter(k)
-    seen = np.array([0.1, 0.1, 0.1 - 0.5 * camera.baseline])
-    filter_.tell([Track([0, 1, 2, 3], [seen] * 4)])
+        if self.filter is not None:
+            T[:3, :3], T[:3, 3] = self.filter.R, self.filter.p
+        return Outcome(invert_se3(self._T_imu_camera) @ T @ self._T_imu_camera, status)

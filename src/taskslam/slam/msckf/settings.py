@@ -1,12 +1,13 @@
-"""`MsckfSettings`: every constant of `msckf`, with the values that the benchmark's authors published."""
+"""`MsckfSettings`: every constant of `msckf` with its source, and the preset `paper`."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from taskslam.field_types import Fraction, NonNegative, Positive
+
 Count = Annotated[int, Field(ge=1, le=1000)]
 
 
@@ -17,17 +18,25 @@ class MsckfSettings(BaseModel):
     grid_min_feature_num to grid_max_feature_num features. fast_threshold: grey levels; patch_size, pyramid_levels,
     max_iteration, track_precision: of the Lucas-Kanade tracker; ransac_threshold, stereo_threshold: pixels.
     max_cam_state_size: camera poses in the window. gyro_noise, acc_noise: standard deviation of a sample; the biases'
-    random walks; feature_noise: standard deviation of an observation. initial_covariance_*: variances.
-    rotation_threshold, translation_threshold, tracking_rate_threshold: when the latest pose is no keyframe.
-    position_std_threshold: m, at which it is lost. gate: the quantile of the chi-squared test, with one degree less
-    than poses; the published one goes with the published noise.
+    random walks, per root second; feature_noise: standard deviation of an observation. gate: the quantile of the
+    chi-squared test, with one degree less than poses; a low one goes with the published noise, which is high.
+    initial_covariance_*: variances. rotation_threshold, translation_threshold, tracking_rate_threshold: when the latest
+    pose is no keyframe. position_std_threshold: at which all certainty is given up, and the window. most_rows: of one
+    update.
 
-    Ours: observability_constraints: False leaves the linearisation as it is, by which yaw gains information that nobody
-    has seen. most_rows: of one update. gravity: m/s^2. still_start: s.
+    Ours. observability_constraints: False leaves the linearisation as it is, by which yaw gains information that nobody
+    has seen. gravity: m/s^2. still_start: seconds of standstill. least_correlation: of the windows about a feature in
+    both pictures; noise alone reaches 0.39. A pair is a measurement if of the features before at least
+    least_share were found again, at least least_features are seen, and in least_cells cells. lost_after, reinit_after:
+    seconds without a measurement until it is lost, and until it begins with new features (`slam/vision/vigil.py`).
+    imu_gap: seconds of silence after which the robot is taken to go on as it went.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    preset: Literal["paper"] = "paper"
+
+    # Settings of the benchmark's authors in Gazebo.
     grid_row: Count = 4
     grid_col: Count = 6
     grid_min_feature_num: Count = 6
@@ -39,7 +48,6 @@ class MsckfSettings(BaseModel):
     track_precision: Positive = 0.01
     ransac_threshold: Positive = 3.0
     stereo_threshold: Positive = 5.0
-
     max_cam_state_size: Annotated[int, Field(ge=5, le=60)] = 20
     gyro_noise: Positive = 0.00276
     acc_noise: Positive = 0.03924
@@ -53,11 +61,22 @@ class MsckfSettings(BaseModel):
     initial_covariance_extrinsic_translation: Positive = 2.5e-5
     rotation_threshold: Positive = 0.2618
     translation_threshold: Positive = 0.4
-    tracking_rate_threshold: Annotated[float, Field(ge=0, le=1)] = 0.5
+    tracking_rate_threshold: Fraction = 0.5
     position_std_threshold: Positive = 8.0
-    gate: Annotated[float, Field(gt=0, lt=1)] = 0.05
 
+    # Constants of the method's authors.
+    gate: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    most_rows: Annotated[int, Field(ge=30, le=10_000)] = 1500
+
+    # Ours.
     observability_constraints: bool = True
-    most_rows: Annotated[int, Field(ge=30)] = 1500
+    ransac_draws: Count = 20
     gravity: Annotated[float, Field(ge=1, le=30)] = 9.81
     still_start: Annotated[float, Field(ge=0.1, le=60)] = 2.0
+    least_correlation: Fraction = 0.5
+    least_share: Fraction = 0.2
+    least_features: Annotated[int, Field(ge=3, le=1000)] = 15
+    least_cells: Annotated[int, Field(ge=1, le=1000)] = 4
+    lost_after: NonNegative = 0.2
+    reinit_after: NonNegative = 0.5
+    imu_gap: Positive = 0.1

@@ -54,6 +54,24 @@ def _correlation(left: GreyImage, right: GreyImage, x: int, y: int, xr: int) -> 
 
 
 @njit(cache=True)
+def correlations(left: GreyImage, right: GreyImage, points: FloatArray, matches: FloatArray) -> FloatArray:
+    """(N,) of the windows about (N, 2) pixels of the left image and their matches in the right, on the left's row.
+
+    -1 where a window is flat or leaves its image.
+    """
+    rows, columns = left.shape
+    found = np.full(points.shape[0], -1.0)
+    for p in range(points.shape[0]):
+        x, y = int(np.floor(points[p, 0] + 0.5)), int(np.floor(points[p, 1] + 0.5))
+        xr = int(np.floor(matches[p, 0] + 0.5))
+        if min(x, xr) < _HALF_WIDTH or max(x, xr) >= columns - _HALF_WIDTH:
+            continue
+        if _HALF_HEIGHT <= y < rows - _HALF_HEIGHT:
+            found[p] = _correlation(left, right, x, y, xr)
+    return found
+
+
+@njit(cache=True)
 def _search(left: GreyImage, right: GreyImage, points: FloatArray, level: int, largest: float) -> FloatArray:
     rows, columns = left.shape
     scale = 0.5**level
