@@ -161,11 +161,11 @@ def in_a_process(drive: Drive, name: str, options: dict[str, object]) -> Result:
     child.start()
     theirs.close()
     try:
-        return ours.recv()
+        result: Result = ours.recv()
     except EOFError:
         raise SystemExit(f"{name}: its process ended with status {child.exitcode}") from None
-    finally:
-        child.join()
+    child.join()
+    return result
 
 
 def main() -> None:

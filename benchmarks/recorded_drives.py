@@ -67,9 +67,7 @@ def record(
 
     def advance(duration: int) -> None:
         for measurement in simulator.advance(simulator.now + duration):
-            if isinstance(measurement, StereoImages):  # its pictures are drawn over
-                measurement = StereoImages(measurement.stamp, measurement.left.copy(), measurement.right.copy())
-            measurements.append(measurement)
+            measurements.append(_kept(measurement))
             if sensor_kind(measurement.sensor).is_frame:
                 truth.append((start.inverse() @ simulator.true_pose()).array())
 
@@ -83,6 +81,13 @@ def record(
             _turn_to(simulator, goal.theta, advance)
             advance(PAUSE)
     return Drive(robot, measurements, np.array(truth))
+
+
+def _kept(measurement: Measurement) -> Measurement:
+    """The same, whose pictures are not drawn over."""
+    if isinstance(measurement, StereoImages):
+        return StereoImages(measurement.stamp, measurement.left.copy(), measurement.right.copy())
+    return measurement
 
 
 def with_rolling_lidar(robot: Robot) -> Robot:

@@ -2,8 +2,10 @@
 
 What the papers leave open, or what is ours: a sample of the IMU holds since the one before it. A pair that shows too
 little is no measurement (`settings.py`): the IMU goes on alone, and what was seen before is looked for in the next
-pair, so that a wink costs nothing; what becomes of longer darkness, `vision/vigil.py` tells. Where the IMU is silent for
-longer than `imu_gap` the robot is taken to go on as it went, after a second of silence to stand, and is lost meanwhile.
+pair, so that a wink costs nothing; what becomes of longer darkness, `vision/vigil.py` tells. Where the IMU is silent
+for longer than `imu_gap` the robot is taken to go on as it went, after a second of silence to stand, and is lost
+meanwhile. So it is where the filter refuses most of the landmarks: cameras and IMU then tell of different motions, as
+they do with a wrong calibration.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ _SILENCE = NANOSECONDS
 _FASTEST, _HARDEST = 100.0, 1000.0  # rad/s, m/s^2: what no sample says
 _UPRIGHT = 0.7  # cosine of the angle between the two downs, of the IMU and of its mount
 _LEAST_SIGHTINGS = 3  # of a landmark that the filter is told of
+_FADING, _TOO_FEW = 0.9, 10.0  # of the count of landmarks, a pair; of less, a share says nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +64,7 @@ class StereoInertialOdometry:
         self._R_kept = np.eye(3)  # of the IMU in the world, at the pair that the next is compared with
         self._now, self._last_stamp = 0, 0
         self._scale = 1.0
+        self._told, self._believed = 0.0, 0.0  # landmarks, those of long ago counting less
         self._samples: list[tuple[int, FloatArray, FloatArray]] = []
 
     def hear(self, measurement: Measurement) -> None:
@@ -103,13 +107,15 @@ class StereoInertialOdometry:
         self._R_kept = self.filter.R
         self.filter.enter(stamp)
         self._note(stamp)
-        self._tell_of_the_ended()
+        self._told, self._believed = _FADING * self._told, _FADING * self._believed
+        self._tell(self._ended())
         self._shrink(seen.share)
         if self._deviation() > s.position_std_threshold:
             self.filter.reset()
             self._forget()
             return self._outcome(Status.LOST)
-        return self._outcome(Status.TRACKING if heard else Status.LOST)
+        agreed = self._believed >= s.least_believed * self._told or self._told < _TOO_FEW
+        return self._outcome(Status.TRACKING if heard and agreed else Status.LOST)
 
     def _fits(self, seen: Seen) -> bool:
         s = self._settings
@@ -176,12 +182,16 @@ class StereoInertialOdometry:
             track.stamps.append(stamp)
             track.seen.append(seen)
 
-    def _tell_of_the_ended(self) -> None:
-        """Tell the filter of landmarks that are seen no longer."""
-        assert self.filter is not None
+    def _ended(self) -> list[Track]:
+        """Landmarks that are seen no longer."""
         live = set(self.front_end.features.ids.tolist())
         ended = [self._tracks.pop(name) for name in list(self._tracks) if name not in live]
-        self.filter.tell([track for track in ended if len(track.stamps) >= _LEAST_SIGHTINGS])
+        return [track for track in ended if len(track.stamps) >= _LEAST_SIGHTINGS]
+
+    def _tell(self, tracks: list[Track]) -> None:
+        assert self.filter is not None
+        self._told += len(tracks)
+        self._believed += self.filter.tell(tracks)
 
     def _shrink(self, share: float) -> None:
         """Where the window is full, two poses leave it, and what was seen from both is told before."""
@@ -194,7 +204,7 @@ class StereoInertialOdometry:
             both = [n for n, stamp in enumerate(track.stamps) if stamp in gone]
             if len(both) == 2 and len(track.stamps) >= _LEAST_SIGHTINGS:
                 told.append(Track([track.stamps[n] for n in both], [track.seen[n] for n in both]))
-        self.filter.tell(told)
+        self._tell(told)
         for track in self._tracks.values():
             for n in reversed([n for n, stamp in enumerate(track.stamps) if stamp in gone]):
                 del track.stamps[n], track.seen[n]
