@@ -172,12 +172,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--places", nargs="+", default=PLACES)
     parser.add_argument("--methods", nargs="+", default=METHODS, help=f"of {', '.join(STEPS)}; options behind a colon")
+    parser.add_argument("--robot", default="turtlebot2")
     asked = parser.parse_args()
     pin_to_one_core()
     print(machine_line())
     for place in asked.places:
         scenario, _, goals = place.partition(":")
-        drive = record(scenario, seed=1, goals=int(goals) if goals else None, sensors=SENSORS, still=STILL)
+        robot = [f"robot={asked.robot}"]
+        drive = record(scenario, 1, 1, int(goals) if goals else None, SENSORS, STILL, robot)
         way = np.hypot(*np.diff(drive.truth[:, :2], axis=0).T).sum()
         print(f"{place}, {way:.0f} m: ms a frame, mean, median and p95; error, mean and largest; heading, largest")
         for text in asked.methods:

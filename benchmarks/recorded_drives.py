@@ -6,7 +6,7 @@ Every method then gets the same measurements, which the closed loop cannot offer
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,13 +49,15 @@ def record(
     goals: int | None = None,
     sensors: frozenset[Sensor] = DEFAULT_SENSORS,
     still: int = NANOSECONDS,
+    overrides: Sequence[str] = (),
 ) -> Drive:
     """Tour a scenario's waypoints along planned paths; a registered world, or an AWS world under TASKSLAM_DATA.
 
     goals: how many of the tour. The turns of a spinning LiDAR take their time. still: ns that it stands at first.
+    overrides: of the scenario, as in `robot=turtlebot2_vga15`.
     """
     world = aws_world(scenario_name) if scenario_name.startswith("aws_") else None
-    stage = set_stage(load_scenario(scenario_name), [world] if world else [], Observer())
+    stage = set_stage(load_scenario(scenario_name, list(overrides)), [world] if world else [], Observer())
     start = stage.scenario.start.pose
     costmap = GlobalCostmap(stage.plan, CostmapSettings())
     assert stage.world is not None

@@ -51,10 +51,14 @@ _NONE = Features(
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What a pair shows, to be kept or not. share: of the features before that were found again, 1 without any."""
+    """What a pair shows, to be kept or not.
+
+    found: features that were there before; share: of those before, 1 without any. cells: how many have features.
+    """
 
     left: GreyImage
     features: Features
+    found: int
     share: float
     cells: int
 
@@ -103,7 +107,7 @@ class FrontEnd:
         old = Features(kept.ids, guess[good[:count]], at_right[:count][good[:count]], kept.lifetime + 1)
         share = len(old) / len(before) if len(before) else 1.0
         features = self._filled(old, fresh[good[count:]], at_right[count:][good[count:]], left.shape)
-        return Seen(left, features, share, len(np.unique(self._cells(features.left, left.shape))))
+        return Seen(left, features, len(old), share, len(np.unique(self._cells(features.left, left.shape))))
 
     def keep(self, seen: Seen) -> None:
         """This pair is what the next one is compared with."""

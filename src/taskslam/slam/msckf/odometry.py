@@ -102,9 +102,12 @@ class StereoInertialOdometry:
             if self._vigil.gives_up(stamp):
                 self._forget()
             return self._outcome(self._vigil.misses(stamp))
-        self._vigil.fits(stamp)
+        anew = not len(self.front_end.features)
         self.front_end.keep(seen)
         self._R_kept = self.filter.R
+        if anew:  # noise has features, too, but the next pair does not find them again
+            return self._outcome(self._vigil.misses(stamp))
+        self._vigil.fits(stamp)
         self.filter.enter(stamp)
         self._note(stamp)
         self._told, self._believed = _FADING * self._told, _FADING * self._believed
@@ -119,7 +122,8 @@ class StereoInertialOdometry:
 
     def _fits(self, seen: Seen) -> bool:
         s = self._settings
-        return seen.share >= s.least_share and len(seen.features) >= s.least_features and seen.cells >= s.least_cells
+        count = seen.found if len(self.front_end.features) else len(seen.features)
+        return seen.share >= s.least_share and count >= s.least_features and seen.cells >= s.least_cells
 
     def _forget(self) -> None:
         """Begin with new features where the IMU has it."""
