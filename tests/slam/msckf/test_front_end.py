@@ -40,8 +40,10 @@ def picture(dots, R, p, noise_of=0):
     return np.clip(image, 0, 255).astype(np.uint8)
 
 
-def observe(front, left, right, R_before_now):
-    seen = front.look(left, right, R_before_now)
+def observe(front, left, right, R_before_now, step=(0.0, 0.0, 0.0)):
+    T_before_now = np.eye(4)
+    T_before_now[:3, :3], T_before_now[:3, 3] = R_before_now, step
+    seen = front.look(left, right, T_before_now)
     front.keep(seen)
     return seen
 
@@ -104,7 +106,7 @@ def test_a_pair_that_is_not_kept_leaves_no_trace(dots) -> None:
     observe(front, *pair(dots, np.eye(3), np.zeros(3)), np.eye(3))
     before = front.features
     black = np.zeros(SHAPE, np.uint8)
-    seen = front.look(black, black, np.eye(3))
+    seen = front.look(black, black, np.eye(4))
     assert (seen.share, len(seen.features), seen.cells) == (0.0, 0, 0)
     assert front.features is before
     assert observe(front, *pair(dots, np.eye(3), np.array([0.02, 0, 0]), 3), np.eye(3)).share > 0.8

@@ -53,7 +53,7 @@ _NONE = Features(
 class Seen:
     """What a pair shows, to be kept or not.
 
-    found: features that were there before; share: of those before, 1 without any. cells: how many have features.
+    found: features that are where those before must be by now; share: of those before, 1 without any. cells: how many have features.
     """
 
     left: GreyImage
@@ -90,14 +90,14 @@ class FrontEnd:
         self.features = _NONE
         self._next = 0
 
-    def look(self, left: GreyImage, right: GreyImage, R_before_now: FloatArray) -> Seen:
+    def look(self, left: GreyImage, right: GreyImage, T_before_now: FloatArray) -> Seen:
         """What a pair shows of the features of the last one that was kept, and new ones.
 
-        R_before_now: (3, 3) rotation of the left camera since that pair, by the gyro.
+        T_before_now: (4, 4) motion of the left camera since that pair, by the IMU.
         """
         before, tracked, guess = self.features, self.features, self.features.left
         if self._before is not None and len(before):
-            tracked, guess = self._tracked(left, before, R_before_now)
+            tracked, guess = self._tracked(left, before, T_before_now[:3, :3])
         fresh = self._corners(left, guess)
         both = np.vstack([guess, fresh]).astype(np.float32)
         disparity = np.vstack([tracked.left - tracked.right, np.zeros_like(fresh)])
@@ -105,9 +105,10 @@ class FrontEnd:
         count = len(tracked)
         kept = tracked.kept(good[:count])
         old = Features(kept.ids, guess[good[:count]], at_right[:count][good[:count]], kept.lifetime + 1)
-        share = len(old) / len(before) if len(before) else 1.0
+        found = int(np.count_nonzero(self._expected(kept, old.left, T_before_now)))
+        share = found / len(before) if len(before) else 1.0
         features = self._filled(old, fresh[good[count:]], at_right[count:][good[count:]], left.shape)
-        return Seen(left, features, len(old), share, len(np.unique(self._cells(features.left, left.shape))))
+        return Seen(left, features, found, share, len(np.unique(self._cells(features.left, left.shape))))
 
     def keep(self, seen: Seen) -> None:
         """This pair is what the next one is compared with."""
@@ -131,6 +132,16 @@ class FrontEnd:
         good = np.flatnonzero((found.ravel() == 1) & (rays[:, 2] > 0.0) & _inside(now, image.shape))
         good = good[self.agreeing(turned[good], now[good])]
         return before.kept(good), now[good]
+
+    def _expected(self, before: Features, now: Pixels, T_before_now: FloatArray) -> Mask:
+        """Which features are near where their disparity and the camera's motion have them: one carried off sees none."""
+        pinhole, disparity = self._pinhole, np.maximum((before.left - before.right)[:, 0], 1e-3)
+        depth = pinhole.f * pinhole.baseline / disparity[:, None]
+        at = np.hstack([self._rays(before.left) * depth, depth])
+        at = (at - T_before_now[:3, 3]) @ T_before_now[:3, :3]
+        pixels = at[:, :2] / np.maximum(at[:, 2:], 1e-3) * pinhole.f + self._center
+        near: Mask = np.hypot(*(now - pixels).T) < self._settings.farthest_found
+        return near
 
     def agreeing(self, before: Pixels, now: Pixels) -> Mask:
         """Which (N, 2) pixels, before turned by the gyro, moved along the epipolar lines of one translation."""

@@ -61,7 +61,7 @@ class StereoInertialOdometry:
         self._vigil = Vigil(s.lost_after, s.reinit_after)
         self._tracks: dict[int, Track] = {}
         self._pair: tuple[npt.NDArray[np.uint8], ...] = ()
-        self._R_kept = np.eye(3)  # of the IMU in the world, at the pair that the next is compared with
+        self._T_kept = np.eye(4)  # of the camera in the filter's world, at the pair that the next is compared with
         self._now, self._last_stamp = 0, 0
         self._scale = 1.0
         self._told, self._believed = 0.0, 0.0  # landmarks, those of long ago counting less
@@ -95,16 +95,16 @@ class StereoInertialOdometry:
             return self._outcome(Status.LOST if self.filter.window else Status.STARTING)
         heard = stamp - self._last_stamp <= s.imu_gap * NANOSECONDS
         self._carry(stamp)
-        R_before_now = self.filter.R_ic.T @ self._R_kept.T @ self.filter.R @ self.filter.R_ic
+        T_world_camera = self._T_world_camera()
         frozen = self._noisy and len(before) > 0 and all(map(np.array_equal, before, pair))
-        seen = None if frozen else self.front_end.look(*pair, R_before_now)
+        seen = None if frozen else self.front_end.look(*pair, invert_se3(self._T_kept) @ T_world_camera)
         if seen is None or not self._fits(seen):
             if self._vigil.gives_up(stamp):
                 self._forget()
             return self._outcome(self._vigil.misses(stamp))
         anew = not len(self.front_end.features)
         self.front_end.keep(seen)
-        self._R_kept = self.filter.R
+        self._T_kept = T_world_camera
         if anew:  # noise has features, too, but the next pair does not find them again
             return self._outcome(self._vigil.misses(stamp))
         self._vigil.fits(stamp)
@@ -119,6 +119,13 @@ class StereoInertialOdometry:
             return self._outcome(Status.LOST)
         agreed = self._believed >= s.least_believed * self._told or self._told < _TOO_FEW
         return self._outcome(Status.TRACKING if heard and agreed else Status.LOST)
+
+    def _T_world_camera(self) -> FloatArray:  # noqa: N802
+        """(4, 4) in the filter's world, where it estimates the camera to be in the IMU."""
+        assert self.filter is not None
+        T: FloatArray = np.eye(4)
+        T[:3, :3], T[:3, 3] = self.filter.R @ self.filter.R_ic, self.filter.p + self.filter.R @ self.filter.p_ic
+        return T
 
     def _fits(self, seen: Seen) -> bool:
         s = self._settings

@@ -27,8 +27,8 @@ class MsckfSettings(BaseModel):
     Ours. observability_constraints: False leaves the linearisation as it is, by which yaw gains information that nobody
     has seen. gravity: m/s^2. still_start: seconds of standstill. least_correlation: of the windows about a feature in
     both pictures; of noise one in ten reaches 0.25. A pair is a measurement if of the features before at least
-    least_share, and least_features, were found again, and features are seen in least_cells cells. lost_after,
-    reinit_after: seconds without a measurement until it is lost, and until it begins with new features
+    least_share, and least_features, were found again within farthest_found pixels of where disparity and IMU have
+    them, and features are seen in least_cells cells. lost_after, reinit_after: seconds without a measurement until it is lost, and until it begins with new features
     (`slam/vision/vigil.py`). least_believed: share of the latest landmarks that pass the gate; 0.56 to 1 on our drives,
     0.4 and less with a lens that is five percent off. imu_gap: seconds of silence, after which the robot is taken to go
     on as it went.
@@ -77,6 +77,7 @@ class MsckfSettings(BaseModel):
     still_start: Annotated[float, Field(ge=0.1, le=60)] = 2.0
     least_correlation: Fraction = 0.25
     least_share: Fraction = 0.2
+    farthest_found: Positive = 20.0
     least_features: Annotated[int, Field(ge=3, le=1000)] = 15
     least_cells: Annotated[int, Field(ge=1, le=1000)] = 4
     lost_after: NonNegative = 0.2
