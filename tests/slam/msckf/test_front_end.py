@@ -91,14 +91,14 @@ def test_what_moves_by_itself_is_left_out(dots) -> None:
 
 
 @pytest.mark.parametrize("level", [0, 150, 255])
-def test_black_white_and_bare_walls_have_no_features(dots, level) -> None:
-    """Noise makes corners that track from eye to eye, but do not look alike there."""
+def test_nothing_is_found_again_in_the_noise_of_black_white_and_bare_walls(dots, level) -> None:
+    """Noise makes corners that track from eye to eye, but hardly any look alike there, and none does for long."""
     front, noise = FrontEnd(MsckfSettings(), PINHOLE), np.random.default_rng(0)
     observe(front, *pair(dots, np.eye(3), np.zeros(3)), np.eye(3))
     for _ in range(3):
         blank = np.clip(level + 5.1 * noise.standard_normal((2, *SHAPE)), 0, 255).astype(np.uint8)
         seen = observe(front, *blank, np.eye(3))
-    assert len(seen.features) < 10
+    assert seen.found < 5
 
 
 def test_a_pair_that_is_not_kept_leaves_no_trace(dots) -> None:

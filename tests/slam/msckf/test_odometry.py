@@ -151,7 +151,8 @@ def test_a_lens_that_is_five_percent_off_is_noticed_once_it_turns(run, drive):
 def test_a_gyro_that_turns_the_other_way_is_noticed_within_a_second(run):
     found = run(imu(lambda m: replace(m, angular_velocity=-m.angular_velocity) if m.stamp > 6 * NANOSECONDS else m))
     assert set(found.statuses[BEGUN:CUT]) == {"tracking"}
-    assert set(found.statuses[CUT + RATE :]) == {"lost"}
+    assert "lost" in found.statuses[CUT : CUT + RATE]
+    assert found.statuses[CUT + RATE :].count("lost") > RATE  # of two seconds, at least one
 
 
 def test_while_the_imu_is_silent_for_a_second_it_is_lost_and_then_it_tracks(run):

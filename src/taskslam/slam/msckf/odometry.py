@@ -101,12 +101,12 @@ class StereoInertialOdometry:
         if seen is None or not self._fits(seen):
             if self._vigil.gives_up(stamp):
                 self._forget()
-            return self._outcome(self._vigil.misses(stamp))
+            return self._outcome(self._vigil.misses(stamp), heard)
         anew = not len(self.front_end.features)
         self.front_end.keep(seen)
         self._T_kept = T_world_camera
         if anew:  # noise has features, too, but the next pair does not find them again
-            return self._outcome(self._vigil.misses(stamp))
+            return self._outcome(self._vigil.misses(stamp), heard)
         self._vigil.fits(stamp)
         self.filter.enter(stamp)
         self._note(stamp)
@@ -117,8 +117,7 @@ class StereoInertialOdometry:
             self.filter.reset()
             self._forget()
             return self._outcome(Status.LOST)
-        agreed = self._believed >= s.least_believed * self._told or self._told < _TOO_FEW
-        return self._outcome(Status.TRACKING if heard and agreed else Status.LOST)
+        return self._outcome(Status.TRACKING, heard)
 
     def _T_world_camera(self) -> FloatArray:  # noqa: N802
         """(4, 4) in the filter's world, where it estimates the camera to be in the IMU."""
@@ -250,7 +249,11 @@ class StereoInertialOdometry:
         planar: FloatArray = across @ self.filter.P[:6, :6] @ across.T
         return planar
 
-    def _outcome(self, status: Status) -> Outcome:
+    def _outcome(self, status: Status, heard: bool = True) -> Outcome:
+        """A pose that would be tracked is lost where the IMU was not heard, or tells of another motion."""
+        agreed = self._believed >= self._settings.least_believed * self._told or self._told < _TOO_FEW
+        if status is Status.TRACKING and not (heard and agreed):
+            status = Status.LOST
         T = np.eye(4)
         if self.filter is not None:
             T[:3, :3], T[:3, 3] = self.filter.R, self.filter.p

@@ -28,10 +28,10 @@ class MsckfSettings(BaseModel):
     has seen. gravity: m/s^2. still_start: seconds of standstill. least_correlation: of the windows about a feature in
     both pictures; of noise one in ten reaches 0.25. A pair is a measurement if of the features before at least
     least_share, and least_features, were found again within farthest_found pixels of where disparity and IMU have
-    them, and features are seen in least_cells cells. lost_after, reinit_after: seconds without a measurement until it is lost, and until it begins with new features
-    (`slam/vision/vigil.py`). least_believed: share of the latest landmarks that pass the gate; 0.56 to 1 on our drives,
-    0.4 and less with a lens that is five percent off. imu_gap: seconds of silence, after which the robot is taken to go
-    on as it went.
+    them, and features are seen in least_cells cells. lost_after, reinit_after: seconds without a measurement until it
+    is lost, and until it begins with new features (`slam/vision/vigil.py`). least_believed: share of the latest
+    landmarks that pass the gate; 0.56 to 1 on our drives, 0.4 and less with a lens that is five percent off. imu_gap:
+    seconds of silence, after which the robot is taken to go on as it went.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
