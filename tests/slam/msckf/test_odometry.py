@@ -159,7 +159,8 @@ def test_while_the_imu_is_silent_for_a_second_it_is_lost_and_then_it_tracks(run)
     found = run(imu(lambda m: None if 6 * NANOSECONDS < m.stamp <= 7 * NANOSECONDS else m))
     assert set(found.statuses[BEGUN:CUT]) == {"tracking"}
     assert set(found.statuses[CUT + 3 : CUT + RATE - 1]) == {"lost"}
-    assert set(found.statuses[CUT + 2 * RATE :]) == {"tracking"}
+    assert found.statuses[-1] == "tracking"
+    assert found.statuses[CUT + RATE :].count("tracking") > RATE  # of two seconds: what it learned blind is refused
     assert found.errors.max() < 0.2
 
 

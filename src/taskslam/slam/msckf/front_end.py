@@ -134,7 +134,7 @@ class FrontEnd:
         return before.kept(good), now[good]
 
     def _expected(self, before: Features, now: Pixels, T_before_now: FloatArray) -> Mask:
-        """Which features are near where their disparity and the camera's motion have them: carried off, it sees none."""
+        """Which features are near where disparity and the camera's motion have them: carried off, it sees none."""
         pinhole, disparity = self._pinhole, np.maximum((before.left - before.right)[:, 0], 1e-3)
         depth = pinhole.f * pinhole.baseline / disparity[:, None]
         at = np.hstack([self._rays(before.left) * depth, depth])
