@@ -53,7 +53,8 @@ _NONE = Features(
 class Seen:
     """What a pair shows, to be kept or not.
 
-    found: features that are where those before must be by now; share: of those before, 1 without any. cells: how many have features.
+    found: features that are where those before must be by now. share: of those before, 1 without any. cells: how many
+    have features.
     """
 
     left: GreyImage
