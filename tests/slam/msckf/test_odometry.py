@@ -161,7 +161,7 @@ def test_while_the_imu_is_silent_for_a_second_it_is_lost_and_then_it_tracks(run)
     assert set(found.statuses[CUT + 3 : CUT + RATE - 1]) == {"lost"}
     assert found.statuses[-1] == "tracking"
     assert found.statuses[CUT + RATE :].count("tracking") > RATE  # of two seconds: what it learned blind is refused
-    assert found.errors.max() < 0.2
+    assert found.errors.max() < 0.3  # a second of driving
 
 
 def test_an_imu_upside_down_is_refused_in_a_sentence(run):
