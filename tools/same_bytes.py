@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -74,22 +75,22 @@ def main() -> None:
     sys.exit(bool(differences))
 
 
-def drive_commit(commit: str, out: Path, scratch: Path) -> None:
+def drive_commit(commit: str, out: Path, scratch: Path, commands: Sequence[str] = COMMANDS) -> None:
     """Drive the set in a checkout of a commit."""
     tree = scratch / "tree"
     subprocess.run(["git", "worktree", "add", "--quiet", "--detach", tree, commit], cwd=ROOT, check=True)
     try:
-        drive(tree, out)
+        drive(tree, out, commands)
     finally:
         subprocess.run(["git", "worktree", "remove", "--force", tree], cwd=ROOT, check=True)
 
 
-def drive(tree: Path, out: Path) -> None:
+def drive(tree: Path, out: Path, commands: Sequence[str] = COMMANDS) -> None:
     """Drive the set with the sources in `tree`; the results stand in `out`."""
     out.mkdir(parents=True)
     (out / f"{WITNESS}.py").write_text(_WITNESS_SOURCE)
     environment = os.environ | {"PYTHONPATH": f"{tree / 'src'}{os.pathsep}{out}"}
-    for command in COMMANDS:
+    for command in commands:
         code = f"import sys; from taskslam.cli.main import main; sys.argv = {['taskslam', *command.split()]!r}; main()"
         done = subprocess.run(
             [sys.executable, "-c", code], check=False, cwd=out, env=environment, capture_output=True, text=True

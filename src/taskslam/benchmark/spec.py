@@ -25,7 +25,7 @@ from taskslam.slam.guest.latency import LatencyModel
 from taskslam.slam.guest.wire import option_values
 from taskslam.user_files import complaint
 
-BEHAVIOUR = 3
+BEHAVIOUR = 4
 """Raised by whoever changes what a run of the same spec leaves behind. Runs of different numbers are not mixed."""
 
 _ONLY_WORDS: dict[str, Any] = {

@@ -14,6 +14,7 @@ from taskslam.robot import Camera, StereoCamera
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.rasterizer import Pinhole
 from taskslam.simulation.rendering.scene import Scene, View
+from taskslam.simulation.sensors.counted_noise import next_key
 from taskslam.simulation.sensors.exposure import exposure_of
 from taskslam.simulation.sensors.later import LaterStereoImages, WhileStanding
 from taskslam.simulation.sensors.read_noise import develop
@@ -60,7 +61,7 @@ class StereoCameraSensor:
     def measure(self, stamp: int, motion: Motion) -> StereoImages:
         """The pair that is exposed, in no time, at `stamp`."""
         x, y, theta = motion.pose_at([stamp])[0]
-        keys = [int(one.integers(0, 2**64, dtype=np.uint64)) for one in self._streams]
+        keys = [next_key(one) for one in self._streams]
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
             left, right = self._standing.seen(SE2(x, y, theta), self.views)

@@ -10,6 +10,7 @@ from taskslam.compiled import njit
 from taskslam.measurements import NANOSECONDS, LaserScan, Sensor
 from taskslam.robot import Lidar2D
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.counted_noise import QUANTILES, drawn, next_key
 from taskslam.simulation.sensors.ray_fan import RayFan
 from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
@@ -50,8 +51,8 @@ class LaserScanner:
         lidar = self._lidar
         poses = motion.pose_at(stamp - self._ages if self._time_increment else [stamp])
         true = self._rays.distances(*self.fan.at(poses))
-        noise = self._noise.standard_normal(lidar.samples, dtype=np.float32)
-        ranges = _measure(true, noise, lidar.noise, lidar.resolution, lidar.range_min, lidar.range_max)
+        key = np.uint64(next_key(self._noise))
+        ranges = _measure(true, key, QUANTILES, lidar.noise, lidar.resolution, lidar.range_min, lidar.range_max)
         return LaserScan(
             stamp,
             ranges,
@@ -64,8 +65,9 @@ class LaserScanner:
 
 
 @njit(cache=True)
-def _measure(true, noise, sigma, resolution, range_min, range_max):  # type: ignore[no-untyped-def]
-    """(N,) float32 readings from true distances and standard normal draws: noise, resolution, then the limits."""
+def _measure(true, key, quantiles, sigma, resolution, range_min, range_max):  # type: ignore[no-untyped-def]
+    """(N,) float32 readings from true distances: noise, resolution, then the limits."""
+    noise = drawn(key, quantiles, len(true))
     ranges = np.empty(len(true), np.float32)
     for i in range(len(true)):
         if not range_min <= true[i] <= range_max:

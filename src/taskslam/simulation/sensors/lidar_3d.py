@@ -10,6 +10,7 @@ from taskslam.compiled import njit
 from taskslam.measurements import NANOSECONDS, PointCloud, Sensor
 from taskslam.robot import Lidar3D
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.counted_noise import QUANTILES, drawn, next_key
 from taskslam.simulation.sensors.ray_fan import RayFan
 from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
@@ -56,14 +57,15 @@ class SpinningLidar:
         else:
             poses = motion.pose_at([stamp])
         ranges = self._rays.distances(*self.fan.at(poses))
-        noise = self._noise.standard_normal(len(ranges), dtype=np.float32)
-        points, kept = _points(ranges, noise, self._directions, lidar.noise, lidar.range_min, lidar.range_max)
+        key, limits = np.uint64(next_key(self._noise)), (lidar.range_min, lidar.range_max)
+        points, kept = _points(ranges, key, QUANTILES, self._directions, lidar.noise, *limits)
         return PointCloud(stamp, points, self._ring[kept], self._offsets[kept])
 
 
 @njit(cache=True)
-def _points(true, noise, directions, sigma, range_min, range_max):  # type: ignore[no-untyped-def]
+def _points(true, key, quantiles, directions, sigma, range_min, range_max):  # type: ignore[no-untyped-def]
     """(K, 3) float32 points of the rays that return, and their (K,) indices."""
+    noise = drawn(key, quantiles, len(true))
     points, kept = np.empty((len(true), 3), np.float32), np.empty(len(true), np.int64)
     count = 0
     for i in range(len(true)):

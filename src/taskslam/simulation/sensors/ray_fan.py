@@ -24,18 +24,21 @@ class RayFan:
 
 @njit(cache=True)
 def _turn(directions, origin, poses):  # type: ignore[no-untyped-def]
-    count = len(directions)
-    origins, turned = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
-    c, s = np.cos(poses[0, 2]), np.sin(poses[0, 2])
-    x, y = poses[0, 0], poses[0, 1]
-    for i in range(count):
-        if len(poses) > 1:
-            c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
-            x, y = poses[i, 0], poses[i, 1]
+    origins, turned = np.empty(directions.shape, np.float32), np.empty(directions.shape, np.float32)
+    if len(poses) == 1:  # one sine for all: LLVM vectorises a loop without any
+        _turn_by(poses[0], directions, origin, origins, turned)
+    else:
+        for i in range(len(directions)):
+            _turn_by(poses[i], directions[i : i + 1], origin, origins[i : i + 1], turned[i : i + 1])
+    return origins, turned
+
+
+@njit(cache=True)
+def _turn_by(pose, directions, origin, origins, turned):  # type: ignore[no-untyped-def]
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    x, y = pose[0] + c * origin[0] - s * origin[1], pose[1] + s * origin[0] + c * origin[1]
+    for i in range(len(directions)):
         turned[i, 0] = c * directions[i, 0] - s * directions[i, 1]
         turned[i, 1] = s * directions[i, 0] + c * directions[i, 1]
         turned[i, 2] = directions[i, 2]
-        origins[i, 0] = x + c * origin[0] - s * origin[1]
-        origins[i, 1] = y + s * origin[0] + c * origin[1]
-        origins[i, 2] = origin[2]
-    return origins, turned
+        origins[i, 0], origins[i, 1], origins[i, 2] = x, y, origin[2]

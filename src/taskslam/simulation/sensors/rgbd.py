@@ -20,6 +20,7 @@ from taskslam.robot.rgbd import RgbdCamera
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.scene import Scene, View, depth_image
 from taskslam.simulation.sensors.camera import pinhole_of
+from taskslam.simulation.sensors.counted_noise import next_key, standard_normal
 from taskslam.simulation.sensors.exposure import exposure_of
 from taskslam.simulation.sensors.later import LaterRgbdImages, WhileStanding
 from taskslam.simulation.sensors.read_noise import develop
@@ -58,14 +59,14 @@ class RgbdCameraSensor:
     def measure(self, stamp: int, motion: Motion) -> RgbdImages:
         """What is exposed, in no time, at `stamp`."""
         x, y, theta = motion.pose_at([stamp])[0]
-        key = int(self._read_noise.integers(0, 2**64, dtype=np.uint64))
-        draws = self._depth_noise.standard_normal((self._pinhole.height, self._pinhole.width), dtype=np.float32)
+        read_key, depth_key = next_key(self._read_noise), next_key(self._depth_noise)
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
             view = self._standing.seen(SE2(x, y, theta), self.view)
             gain = self._exposure.gain(view.radiance_root)
-            image = develop(view.radiance_root, gain, self._camera.noise, key)
-            return image, measured_depth(depth_image(view), draws, self._camera)
+            image = develop(view.radiance_root, gain, self._camera.noise, read_key)
+            true = depth_image(view)
+            return image, measured_depth(true, standard_normal(depth_key, true.shape), self._camera)
 
         frame = LaterRgbdImages(stamp, draw)
         if self._exposure.follows:
