@@ -17,9 +17,9 @@ from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
 from taskslam.simulation.rendering.drawing_lanes import draw_lanes, span_lanes
 from taskslam.simulation.rendering.lanes import LANES
-from taskslam.simulation.rendering.triangle_blocks import TriangleBlocks
+from taskslam.simulation.rendering.projecting_lanes import CUT, UNSEEN, box_lanes, project_lanes, sort_out_lanes
+from taskslam.simulation.rendering.triangle_blocks import TRIANGLES_PER_BLOCK, TriangleBlocks
 
-_LEFT, _RIGHT, _ABOVE, _BELOW, _NEAR, _FAR = 1, 2, 4, 8, 16, 32
 _TILE = 16  # pixels
 _REFRESH = 20  # blocks drawn before the first look at what has become hidden; later looks are rarer
 
@@ -137,43 +137,11 @@ def screen_planes(p0, p1, p2, numbers, out):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def _box_depth(low, high, rotation, position, numbers, width, height):  # type: ignore[no-untyped-def]
     """(B,) depth of the nearest corner of each box, not below 0; -1 for a box wholly outside one side of the view."""
-    focal, cx, cy, near, far = numbers
-    depth = np.empty(len(low))
-    for b in range(len(low)):
-        outside = 63
-        nearest = np.inf
-        for corner in range(8):
-            x = (high[b, 0] if corner & 1 else low[b, 0]) - position[0]
-            y = (high[b, 1] if corner & 2 else low[b, 1]) - position[1]
-            z = (high[b, 2] if corner & 4 else low[b, 2]) - position[2]
-            across = rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z
-            down = rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z
-            ahead = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z
-            outside &= _outside(
-                focal * across + cx * ahead, focal * down + cy * ahead, ahead, width, 0, height, near, far
-            )
-            nearest = min(nearest, ahead)
-        depth[b] = -1.0 if outside else max(nearest, 0.0)
-    return depth
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _outside(column, row, depth, width, top, bottom, near, far):  # type: ignore[no-untyped-def]
-    """Bits of the sides of the view that a point lies beyond; column and row are multiplied by depth."""
-    code = 0
-    if column < 0.0:
-        code |= _LEFT
-    if column > (width - 1) * depth:
-        code |= _RIGHT
-    if row < top * depth:
-        code |= _ABOVE
-    if row > (bottom - 1) * depth:
-        code |= _BELOW
-    if depth < near:
-        code |= _NEAR
-    if depth > far:
-        code |= _FAR
-    return code
+    depth = np.empty(len(low) + LANES)
+    window = np.array([width - 1.0, 0.0, height - 1.0])
+    for first in range(0, len(low), LANES):
+        box_lanes(low, high, first, rotation, position, numbers, window, depth)
+    return depth[: len(low)]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -181,10 +149,11 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
     order, first_triangle, first_vertex, vertices, triangles, most, low, high, holes, rotation, position, numbers,
     width, top, bottom, inverse_depth, seen,
 ):  # fmt: skip
-    focal, cx, cy, near, far = numbers
-    camera = np.empty((most, 3))
-    screen = np.empty((most, 3))
-    codes = np.empty(most, np.int32)
+    room = most + LANES
+    camera, screen, codes = np.empty((3, room)), np.empty((3, room)), np.empty(room, np.int32)
+    kind = np.empty(TRIANGLES_PER_BLOCK + LANES, np.int32)
+    window = np.array([width - 1.0, float(top), bottom - 1.0])
+    p = np.empty((3, 3))
     planes = np.zeros((3, 3))
     corner = np.empty((4, 3))
     spans = np.empty((2, bottom + LANES), np.int32)
@@ -198,43 +167,24 @@ def _draw_blocks(  # type: ignore[no-untyped-def]
         if _is_hidden(low[b], high[b], rotation, position, numbers, width, top, bottom, farthest):
             continue
         drawn += 1
-        base = first_vertex[b]
-        count = first_vertex[b + 1] - base
-        for i in range(count):
-            x = vertices[base + i, 0] - position[0]
-            y = vertices[base + i, 1] - position[1]
-            z = vertices[base + i, 2] - position[2]
-            across = rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z
-            down = rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z
-            ahead = rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z
-            codes[i] = _outside(
-                focal * across + cx * ahead, focal * down + cy * ahead, ahead, width, top, bottom, near, far
-            )
-            camera[i, 0], camera[i, 1], camera[i, 2] = across, down, ahead
-            if ahead >= near:
-                inverse = 1.0 / ahead
-                screen[i, 0] = focal * across * inverse + cx
-                screen[i, 1] = focal * down * inverse + cy
-                screen[i, 2] = inverse
-        for t in range(first_triangle[b], first_triangle[b + 1]):
-            i, j, k = triangles[t, 0] - base, triangles[t, 1] - base, triangles[t, 2] - base
-            if codes[i] & codes[j] & codes[k]:
+        base, begin, count = first_vertex[b], first_triangle[b], first_triangle[b + 1] - first_triangle[b]
+        vertex_count = first_vertex[b + 1] - base
+        project_lanes(vertices, base, vertex_count, rotation, position, numbers, window, camera, screen, codes)
+        sort_out_lanes(triangles, begin, count, base, screen, codes, kind)
+        for t in range(begin, begin + count):
+            if kind[t - begin] == UNSEEN:
                 continue
-            if (codes[i] | codes[j] | codes[k]) & _NEAR:
-                corners = _clip_near(camera[i], camera[j], camera[k], numbers, corner)
+            holed = hole_entry[t] >= 0
+            if holed or kind[t - begin] == CUT:
+                for k in range(3):
+                    p[k] = camera[:, triangles[t, k] - base]
+            if kind[t - begin] == CUT:
+                corners = _clip_near(p[0], p[1], p[2], numbers, corner)
             else:
                 corners = 3
-                x0, x1, x2 = screen[i, 0], screen[j, 0], screen[k, 0]
-                y0, y1, y2 = screen[i, 1], screen[j, 1], screen[k, 1]
-                if math.ceil(min(y0, y1, y2)) >= math.ceil(max(y0, y1, y2)):
-                    continue
-                if math.ceil(min(x0, x1, x2)) >= math.ceil(max(x0, x1, x2)):
-                    continue
-                corner[0, 0], corner[0, 1], corner[0, 2] = x0, y0, screen[i, 2]
-                corner[1, 0], corner[1, 1], corner[1, 2] = x1, y1, screen[j, 2]
-                corner[2, 0], corner[2, 1], corner[2, 2] = x2, y2, screen[k, 2]
-            holed = hole_entry[t] >= 0
-            if holed and screen_planes(camera[i], camera[j], camera[k], numbers, planes) == 0.0:
+                for k in range(3):
+                    corner[k] = screen[:, triangles[t, k] - base]
+            if holed and screen_planes(p[0], p[1], p[2], numbers, planes) == 0.0:
                 continue
             for last in range(2, corners):
                 first_row, end_row, left_side, inverse, along, down = _spans(corner, last, width, top, bottom, spans)
