@@ -15,6 +15,7 @@ import trimesh
 import yaml
 from PIL import Image
 
+from taskslam.benchmark.conformance_eyes import conformance_world
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.evaluation import evaluate_runs, write_metrics
@@ -47,6 +48,8 @@ from taskslam.record.journal import JournalWriter
 from taskslam.record.resumption import Tally, add_tally
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
 from taskslam.robot import Robot, load_robot
+from taskslam.simulation.rendering.prepared_world import prepare
+from taskslam.simulation.rendering.scene_cache import save_prepared
 from taskslam.slam.cards import card_of
 from taskslam.slam.hector.mapper import HectorMapper
 from taskslam.slam.hector.settings import HectorSettings
@@ -465,6 +468,11 @@ def cached_world(folder: Path) -> None:
     found = Resources(search_roots(file, []))
     folder.mkdir(parents=True, exist_ok=True)
     save_cached(folder / "world.npz", import_sdf(file, found), found)
+
+
+def prepared_world(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    save_prepared(folder / "ready.npz", prepare(conformance_world(), color=True))
 
 
 def environment() -> None:

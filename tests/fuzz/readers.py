@@ -31,6 +31,7 @@ from taskslam.record.trajectories import read_spatial_trajectory
 from taskslam.report import write_report
 from taskslam.robot import load_robot
 from taskslam.scenario import load_scenario
+from taskslam.simulation.rendering.scene_cache import load_prepared
 from taskslam.slam.cards import read_kept_card
 from taskslam.slam.fast_lio2 import map_file as fast_lio2_map_file
 from taskslam.slam.fast_lio2.voxel_map import VoxelMap
@@ -241,6 +242,8 @@ READERS = {
         Reader("mesh", examples.meshes_in, _mesh, ("taskslam.world.gazebo.meshes", "taskslam.world.gazebo.collada")),
         Reader("world", examples.world, whole(_world), ("taskslam.world.gazebo.resources",), FEW),
         Reader("cached_world", examples.cached_world, one(load_cached), ("taskslam.world.cache",)),
+        Reader("prepared_world", examples.prepared_world, one(load_prepared),
+               ("taskslam.simulation.rendering.scene_cache",)),
         Reader("euroc", examples.euroc, whole(_dataset),
                ("taskslam.datasets.asl_tables", "taskslam.datasets.euroc_folder"), FEW),
         Reader("rosbag1", examples.bag("rosbag1"), whole(_bag), _BAGS, FEW),

@@ -66,6 +66,7 @@ RAW_EXCUSED = {
     "taskslam.report.page.calibration_page": "templates of this package",
     "taskslam.slam.map_archive": "opens to write",
     "taskslam.slam.orb.vocabulary": "the vocabulary that ships with this package",
+    "taskslam.simulation.rendering.scene_cache": "opens to write",
     "taskslam.simulation.sensors.raytracing": "the kernel's list of loaded libraries",
     "taskslam.slam.orb.equal_views": "the library of an installed package",
     "taskslam.slam.orb.start_map": "a scratch file of ORB-SLAM3's own",

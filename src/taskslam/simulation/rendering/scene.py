@@ -11,12 +11,10 @@ import numpy.typing as npt
 
 from taskslam.errors import WorldError
 from taskslam.geometry import FloatArray, invert_se3, is_rigid
-from taskslam.simulation.rendering.baked_light import background_root, baked_light
 from taskslam.simulation.rendering.pixel_shading import shade
 from taskslam.simulation.rendering.rasterizer import CutOuts, Pinhole, rasterize, visible_blocks
-from taskslam.simulation.rendering.texture_atlas import TextureAtlas, texture_atlas
-from taskslam.simulation.rendering.triangle_blocks import triangle_blocks
-from taskslam.world import TriangleMesh, World
+from taskslam.simulation.rendering.scene_cache import prepared
+from taskslam.world import World
 
 
 @dataclass(frozen=True)
@@ -47,29 +45,17 @@ class Scene:
     """A world made ready for rendering, grey or in colour; it may be shared by cameras and threads."""
 
     def __init__(self, world: World, color: bool = False) -> None:
-        mesh = world.visual
-        corners = mesh.corners()
-        finite = np.isfinite(corners).all(axis=(1, 2))
-        used = np.zeros(len(world.materials), bool)
-        used[np.unique(mesh.material[finite])] = True
-        atlas = texture_atlas(world.materials, used, color)
-        entry = atlas.entry[mesh.material]
-        self.blocks = triangle_blocks(corners, np.flatnonzero(finite & (entry >= 0)))
-        source = self.blocks.source
-        self._entry = entry[source]
-        self._atlas = atlas
-        self._texel_uv = _texel_uv(world, mesh, source, atlas, self._entry)
-        holed = np.where(atlas.holes[self._entry], self._entry, -1).astype(np.int32) if len(source) else self._entry
-        self._cut_outs = CutOuts(holed, self._texel_uv, atlas.opacity, atlas.offset, atlas.width, atlas.height)
-        self._light = baked_light(world, source, color)
-        self._background = background_root(world, color)
+        self._ready = ready = prepared(world, color)
+        atlas, entry = ready.atlas, ready.entry
+        holed = np.where(atlas.holes[entry], entry, -1).astype(np.int32) if len(entry) else entry
+        self._cut_outs = CutOuts(holed, ready.texel_uv, atlas.opacity, atlas.offset, atlas.width, atlas.height)
 
     @property
     def nbytes(self) -> int:
         """Bytes of all arrays."""
-        b, a, light = self.blocks, self._atlas, self._light
+        b, a, light = self._ready.blocks, self._ready.atlas, self._ready.light
         arrays = (b.vertices, b.triangles, b.source, b.low, b.high, a.planes, a.opacity)
-        more = (self._texel_uv, self._entry, self._cut_outs.entry, light.values, light.offset, light.cells)
+        more = (self._ready.texel_uv, self._ready.entry, self._cut_outs.entry, light.values, light.offset, light.cells)
         return sum(array.nbytes for array in arrays + more)
 
     def view(self, T_world_camera: FloatArray, pinhole: Pinhole, threads: int = 1) -> View:
@@ -86,11 +72,12 @@ class Scene:
         position = np.ascontiguousarray(T_world_camera[:3, 3], dtype=np.float64)
         shape = (pinhole.height, pinhole.width)
         inverse_depth, drawn = np.empty(shape, np.float32), np.empty(shape, np.int32)
-        planes = np.empty((len(self._atlas.planes), *shape), np.float32)
-        order = visible_blocks(self.blocks, rotation, position, pinhole)
+        blocks = self._ready.blocks
+        planes = np.empty((len(self._ready.atlas.planes), *shape), np.float32)
+        order = visible_blocks(blocks, rotation, position, pinhole)
 
         def band(rows: tuple[int, int]) -> None:
-            rasterize(self.blocks, order, self._cut_outs, rotation, position, pinhole, rows, inverse_depth, drawn)
+            rasterize(blocks, order, self._cut_outs, rotation, position, pinhole, rows, inverse_depth, drawn)
             for plane in range(len(planes)):
                 self._shade(plane, drawn, rotation, position, pinhole, rows, planes[plane])
 
@@ -102,7 +89,7 @@ class Scene:
             with ThreadPoolExecutor(len(bands)) as pool:
                 list(pool.map(band, bands))
         light = planes[0] if len(planes) == 1 else np.moveaxis(planes, 0, 2)
-        return View(light, drawn, self.blocks.source, inverse_depth)
+        return View(light, drawn, blocks.source, inverse_depth)
 
     def _shade(
         self,
@@ -114,13 +101,14 @@ class Scene:
         rows: tuple[int, int],
         out: npt.NDArray[np.float32],
     ) -> None:
-        blocks, atlas, light = self.blocks, self._atlas, self._light
+        ready = self._ready
+        blocks, atlas, light = ready.blocks, ready.atlas, ready.light
         shade(
             drawn,
             blocks.vertices,
             blocks.triangles,
-            self._entry,
-            self._texel_uv,
+            ready.entry,
+            ready.texel_uv,
             light.cells,
             light.offset,
             light.values[plane],
@@ -131,7 +119,7 @@ class Scene:
             rotation,
             position,
             pinhole.numbers(),
-            self._background[plane],
+            ready.background[plane],
             rows[0],
             rows[1],
             out,
@@ -146,16 +134,3 @@ def render(world: World, T_world_camera: FloatArray, pinhole: Pinhole, color: bo
 def depth_image(view: View) -> npt.NDArray[np.float32]:
     """(H, W) float32 m along the optical axis as depth cameras give it: 0 where nothing was measured."""
     return np.where(view.drawn >= 0, np.float32(1.0) / view.inverse_depth, np.float32(0.0))
-
-
-def _texel_uv(
-    world: World, mesh: TriangleMesh, source: npt.NDArray[np.int32], atlas: TextureAtlas, entry: npt.NDArray[np.int32]
-) -> npt.NDArray[np.float32]:
-    """(T, 3, 2) float32 corner coordinates in texels, y down; whole repeats are taken off to keep them precise."""
-    scale = np.array([m.texture_scale for m in world.materials], np.float64).reshape(-1, 2)[mesh.material[source]]
-    uv = mesh.uv[source].astype(np.float64) * scale[:, None, :]
-    uv[~np.isfinite(uv).all(axis=(1, 2))] = 0.0
-    uv[..., 1] = 1.0 - uv[..., 1]
-    uv -= np.floor(uv.min(axis=1, keepdims=True))
-    size = np.stack([atlas.width[entry], atlas.height[entry]], axis=1)
-    return (uv * 2.0 ** size[:, None, :]).astype(np.float32)
