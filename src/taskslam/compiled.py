@@ -12,6 +12,7 @@ from typing import Any
 
 import numba
 from numba.core.caching import FunctionCache
+from numba.core.ccallback import CFunc
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]  # numba is untyped
@@ -35,5 +36,18 @@ def njit(cache: bool = True, **options: Any) -> Callable[[Any], Any]:
             with contextlib.suppress(RuntimeError):  # no place for it
                 dispatcher._cache = _Cache(function)  # what `enable_caching` does
         return dispatcher
+
+    return compiled
+
+
+def cfunc(signature: Any) -> Callable[[Any], Any]:
+    """`numba.cfunc` of a signature: a function that C can call, its machine code kept on disk where that can be."""
+
+    def compiled(function: Any) -> Any:
+        callback: Any = CFunc(function, (signature.args, signature.return_type), {}, {})
+        with contextlib.suppress(RuntimeError):  # no place for it
+            callback._cache = _Cache(function)
+        callback.compile()
+        return callback
 
     return compiled

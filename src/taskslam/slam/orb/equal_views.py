@@ -17,8 +17,10 @@ import struct
 from pathlib import Path
 from typing import Any
 
-import numba
+from llvmlite import binding
 from numba import carray, types
+
+from taskslam.compiled import cfunc
 
 COMPUTE = "_ZN9ORB_SLAM310Sim3Solver11ComputeSim3ERN5Eigen6MatrixIfLi3ELi3ELi0ELi3ELi3EEES4_"
 _RELOCATIONS, _JUMP_SLOT = 4, 7  # SHT_RELA, R_X86_64_JUMP_SLOT
@@ -27,6 +29,10 @@ _ZERO = 1e-5  # rad, roughly; float32 loses an angle of 3e-7, and a pixel is 3e-
 _Floats = ctypes.POINTER(ctypes.c_float)
 _Function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, _Floats, _Floats)
 _FLOATS = types.CPointer(types.float32)
+_SIGNATURE = types.void(types.voidptr, _FLOATS, _FLOATS)
+# Known by name, so that the machine code, in which addresses would stand, can be kept from start to start.
+_ORIGINAL, _COUNT = "taskslam_equal_views_original", "taskslam_equal_views_count"
+_original, _count = types.ExternalFunction(_ORIGINAL, _SIGNATURE), types.ExternalFunction(_COUNT, types.void())
 
 
 class EqualViews:
@@ -47,7 +53,9 @@ class EqualViews:
         self.happened = 0
         self.original = _Function(address)
         self._count = ctypes.CFUNCTYPE(None)(self._add_one)
-        self._compiled = _guarded(self.original, self._count)
+        for name, called in ((_ORIGINAL, self.original), (_COUNT, self._count)):
+            binding.add_symbol(name, ctypes.cast(called, ctypes.c_void_p).value)
+        self._compiled = cfunc(_SIGNATURE)(_guarded)
         self.guarded = _Function(self._compiled.address)
         ctypes.c_void_p.from_address(address - function + slot).value = self._compiled.address
 
@@ -55,35 +63,30 @@ class EqualViews:
         self.happened += 1
 
 
-def _guarded(original: Any, count: Any) -> Any:
-    """`original`, but for rotations of zero. It runs without Python's lock, in a thread of ORB-SLAM3."""
-
-    @numba.cfunc(types.void(types.voidptr, _FLOATS, _FLOATS))
-    def guarded(solver: Any, first: Any, second: Any) -> None:
-        a = carray(first, (3, 3))  # a row is a point
-        b = carray(second, (3, 3))
-        x = y = z = spread = 0.0  # (x, y, z) is the sine of the rotation times its axis, times about the spread
+def _guarded(solver: Any, first: Any, second: Any) -> None:
+    """ORB-SLAM3's own, but for rotations of zero. It runs without Python's lock, in a thread of ORB-SLAM3."""
+    a = carray(first, (3, 3))  # a row is a point
+    b = carray(second, (3, 3))
+    x = y = z = spread = 0.0  # (x, y, z) is the sine of the rotation times its axis, times about the spread
+    for k in range(3):
+        u0 = a[k, 0] - (1.0 * a[0, 0] + a[1, 0] + a[2, 0]) / 3.0
+        u1 = a[k, 1] - (1.0 * a[0, 1] + a[1, 1] + a[2, 1]) / 3.0
+        u2 = a[k, 2] - (1.0 * a[0, 2] + a[1, 2] + a[2, 2]) / 3.0
+        v0 = b[k, 0] - (1.0 * b[0, 0] + b[1, 0] + b[2, 0]) / 3.0
+        v1 = b[k, 1] - (1.0 * b[0, 1] + b[1, 1] + b[2, 1]) / 3.0
+        v2 = b[k, 2] - (1.0 * b[0, 2] + b[1, 2] + b[2, 2]) / 3.0
+        x += v1 * u2 - v2 * u1
+        y += v2 * u0 - v0 * u2
+        z += v0 * u1 - v1 * u0
+        spread += abs(v0 * u0 + v1 * u1 + v2 * u2)
+    if not abs(x) + abs(y) + abs(z) > _ZERO * spread:  # nor is it where a point is not a number
+        _count()
+        # A third of a turn about (1, 1, 1), which lies at the edge of a picture or beyond.
         for k in range(3):
-            u0 = a[k, 0] - (1.0 * a[0, 0] + a[1, 0] + a[2, 0]) / 3.0
-            u1 = a[k, 1] - (1.0 * a[0, 1] + a[1, 1] + a[2, 1]) / 3.0
-            u2 = a[k, 2] - (1.0 * a[0, 2] + a[1, 2] + a[2, 2]) / 3.0
-            v0 = b[k, 0] - (1.0 * b[0, 0] + b[1, 0] + b[2, 0]) / 3.0
-            v1 = b[k, 1] - (1.0 * b[0, 1] + b[1, 1] + b[2, 1]) / 3.0
-            v2 = b[k, 2] - (1.0 * b[0, 2] + b[1, 2] + b[2, 2]) / 3.0
-            x += v1 * u2 - v2 * u1
-            y += v2 * u0 - v0 * u2
-            z += v0 * u1 - v1 * u0
-            spread += abs(v0 * u0 + v1 * u1 + v2 * u2)
-        if not abs(x) + abs(y) + abs(z) > _ZERO * spread:  # nor is it where a point is not a number
-            count()
-            # A third of a turn about (1, 1, 1), which lies at the edge of a picture or beyond.
-            for k in range(3):
-                for c in range(3):
-                    a[k, c] = 1.0 if c == k else 0.0
-                    b[k, c] = 1.0 if c == (k + 1) % 3 else 0.0
-        original(solver, first, second)
-
-    return guarded
+            for c in range(3):
+                a[k, c] = 1.0 if c == k else 0.0
+                b[k, c] = 1.0 if c == (k + 1) % 3 else 0.0
+    _original(solver, first, second)
 
 
 def _slot(elf: bytes, symbol: str) -> tuple[int, int]:
