@@ -3,8 +3,9 @@
     python tools/same_results.py BASE [--seeds 10] [--goals 3] [--methods karto hector kiss_icp rko_lio]
 
 Drives tours of the built-in house at a commit and in the working tree, one round for each seed, and prints for every
-method how complete they were, how precise (metres from the mean arrival of all seeds), and how far off SLAM was at
-arrivals, with the p-value of Kolmogorov and Smirnov's test between the two sets of seeds.
+method how complete they were, how precise, and how far off SLAM was at arrivals, with the p-value of Kolmogorov and
+Smirnov's test between the two sets of seeds. Precision is the distance from the median arrival of both sides' seeds:
+were it from a middle of each side's own, its seeds would not be independent.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from taskslam.record.run_directory import load_run
 METHODS = ("karto", "hector", "kiss_icp", "rko_lio")
 _WORDS = {
     "complete": "share of the goals reached",
-    "E": "from the mean arrival, mm",
+    "E": "from the median arrival, mm",
     "e": "from the goal, mm",
     "slam": "SLAM at arrivals, mm",
     "heading": "SLAM's heading at arrivals, mrad",
@@ -64,16 +65,16 @@ def results(side: Path, method: str, seeds: int, goals: int) -> dict[str, np.nda
             if at.estimate is not None:
                 error = at.truth.inverse() @ at.estimate
                 slam[seed, at.goal], heading[seed, at.goal] = np.hypot(error.x, error.y), abs(error.theta)
-    scatter = np.linalg.norm(place - np.nanmean(place, axis=0), axis=2)
-    per_seed = {
-        name: 1e3 * np.nanmean(of, axis=1)
-        for name, of in zip(list(_WORDS)[1:], (scatter, off, slam, heading), strict=True)
-    }
-    return {"complete": np.array([len(reached) / goals for reached in arrivals]), **per_seed}
+    found = {"e": off, "slam": slam, "heading": heading}
+    complete = np.array([len(reached) / goals for reached in arrivals])
+    return {"place": place, "complete": complete} | {name: 1e3 * np.nanmean(of, axis=1) for name, of in found.items()}
 
 
 def compare(method: str, before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> None:
     """A line for each quantity: mean and standard deviation over seeds."""
+    middle = np.nanmedian(np.concatenate([before["place"], after["place"]]), axis=0)
+    for side in (before, after):
+        side["E"] = 1e3 * np.nanmean(np.linalg.norm(side["place"] - middle, axis=2), axis=1)
     for name, words in _WORDS.items():
         one, two = before[name], after[name]
         p = stats.ks_2samp(one[np.isfinite(one)], two[np.isfinite(two)]).pvalue
