@@ -157,7 +157,7 @@ def main() -> None:
         grey, color = Scene(large), Scene(large, color=True)
         print(
             f"{large.name}: {len(large.visual):,} triangles; scene {grey.nbytes / 2**20:.0f} MiB grey,"
-            f" {color.nbytes / 2**20:.0f} MiB colour, both made in {time.process_time() - begun:.1f} s"
+            f" {color.nbytes / 2**20:.0f} MiB colour, both ready in {time.process_time() - begun:.1f} s"
         )
     print(f"peak memory of all this: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10:.0f} MiB")
 
