@@ -210,5 +210,5 @@ class Lockstep:
             stray = ""
             if self._strayed is not None:
                 off = self._strayed / NANOSECONDS
-                stray = f"; the last answer of no frame was stamped {off:+.6f} s from the newest frame"
+                stray = f"; the last answer of no frame was stamped {off:+.6f} s from the frame that was newest then"
             raise StalledError(f"the node has not answered {self._in_a_row} frames in a row ({self.counts}{stray})")

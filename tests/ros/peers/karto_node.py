@@ -1,7 +1,6 @@
 """Our `karto` as a ROS 1 node would be: scans on /scan, odometry on /odom, poses on /pose, stamped as their scans."""
 
 import sys
-import time
 from queue import SimpleQueue
 
 import numpy as np
