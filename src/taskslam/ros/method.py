@@ -14,7 +14,8 @@ from taskslam.measurements import NANOSECONDS, Measurement
 from taskslam.robot import SensorRig
 from taskslam.ros.lockstep import Lockstep
 from taskslam.ros.node_file import NodeFile, load_node
-from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge, note
+from taskslam.ros.notes import note
+from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge
 from taskslam.sensors import sensor_kind
 from taskslam.slam.base import MethodCard, PoseEstimate, SlamMethod, Status
 
@@ -78,6 +79,7 @@ class RosNode(SlamMethod):
         """End the node; what is to be said of it goes into the log."""
         if self._bridge is None:
             return
-        for words in (str(self._lockstep.counts), *self._bridge.findings()):
+        note(str(self._lockstep.counts))
+        for words in self._bridge.findings():
             note(words)
         self._bridge.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import queue
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -301,9 +300,3 @@ class Bridge:
         encoder = self._encoder
         names = {encoder.frame(name) for name in ("base_footprint", "odom", *encoder.mounted)}
         return names | {self._file.answer.world, encoder.frame("map")} - {""}
-
-
-def note(words: str) -> None:
-    """Into the method's log."""
-    sys.stdout.write(f"[ros] {words}\n")
-    sys.stdout.flush()
