@@ -35,8 +35,9 @@ _STILL_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class NodeCheck:
-    """frames: given; poses: answered; wall_ms: on the wall's clock for each frame; failure: how it ended, if it did;
+    """What ten frames showed.
 
+    frames: given; poses: answered; wall_ms: on the wall's clock for each frame; failure: how it ended, if it did;
     findings: a sentence for each thing that may be wrong, whether it answered or not.
     """
 
