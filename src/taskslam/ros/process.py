@@ -19,7 +19,7 @@ from taskslam.printable import one_line
 
 _LAST_LINES = 6
 _LONGEST_LINE = 200
-_POLITE_S = 1.5  # from SIGINT to SIGKILL
+_POLITE_S = 1.0  # from SIGINT to SIGKILL
 _OURS = ("PYTHONPATH", "PYTHONHOME", "PYTHONHASHSEED", "VIRTUAL_ENV", "NUMBA_CACHE_DIR")
 _CPU_OF_PROCESS = 2  # Linux's clock of a process's processor time: the pid, inverted, above these bits
 

@@ -1,9 +1,16 @@
 """Our `karto` as a ROS 1 node would be: scans on /scan, odometry on /odom, poses on /pose, stamped as their scans."""
 
+import os
+import shutil
 import sys
+from pathlib import Path
 from queue import SimpleQueue
 
 import numpy as np
+
+if compiled := os.environ.get("KARTO_COMPILED"):  # what numba has compiled before: a copy of its own, to write to
+    shutil.copytree(compiled, "compiled-karto", dirs_exist_ok=True)
+    os.environ["NUMBA_CACHE_DIR"] = str(Path("compiled-karto").absolute())
 
 from taskslam.datasets import ros_decoding
 from taskslam.datasets.quaternions import planar_quaternion
@@ -52,7 +59,5 @@ def main(master: str, name: str) -> None:
 
 
 if __name__ == "__main__":
-    import os
-
     named = dict(word.split(":=") for word in sys.argv[1:] if ":=" in word)
     main(os.environ["ROS_MASTER_URI"], "/" + named["__name"])

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from taskslam.ros.ros1.parameters import Parameters
+from taskslam.ros.ros1.tcpros import ANY
 from taskslam.ros.ros1.xmlrpc import RosError, Server, call
 
 _NAME = "/master"
@@ -73,7 +74,7 @@ class Master:
     def _register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[str]:
         graph = self.graph
         self._meet(node, api)
-        if graph.types.get(topic, "*") == "*":
+        if kind != ANY or topic not in graph.types:  # who publishes knows better than who would like to hear
             graph.types[topic] = kind
         graph.publishers[topic][node] = api
         self._tell_subscribers(topic)
