@@ -13,6 +13,7 @@ from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.outcomes import Outcome
 from taskslam.processes.guest import Limits
+from taskslam.ros.check import check_node
 from taskslam.ros.lockstep import Lockstep
 from taskslam.ros.node_file import load_node
 from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge
@@ -263,3 +264,16 @@ def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write_nod
         np.testing.assert_allclose(one.T_start_base, other.T_start_base, rtol=0, atol=1e-15)
         np.testing.assert_array_equal(one.covariance, other.covariance)
     assert SE2.from_matrix(poses[-1].T_start_base).distance_to(SE2()) > 1.0
+
+
+def test_a_check_of_a_node_file_tells_what_may_be_wrong(write_node, rate_node, rig):
+    found = check_node(str(write_node(rate_node, parameters={"ratte": 5.0})), rig, lambda *_: {})
+    assert found.passed
+    assert (found.frames, found.poses, len(found.wall_ms)) == (10, 10, 10)
+    assert "no node asked for the parameter /rate_node/ratte. Did you mean '/rate_node/rate'?" in found.findings
+
+
+def test_a_check_of_a_node_that_dies_quotes_it(write_node, rate_node, rig):
+    found = check_node(str(write_node(rate_node, parameters={"fault": "dies"})), rig, lambda *_: {})
+    assert not found.passed
+    assert "the map has no cells" in found.failure

@@ -15,7 +15,7 @@ app = typer.Typer(no_args_is_help=True, help="Node files: anybody's ROS node as 
 def list_nodes() -> None:
     """List the node files that ship.
 
-    Example: `taskslam ros list`, then `taskslam ros show hector > mine.yaml`
+    Example: `taskslam ros list`, then `taskslam ros show hector`
     """
     from rich.table import Table
 

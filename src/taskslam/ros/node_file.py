@@ -241,7 +241,8 @@ def load_node(reference: str | Path) -> NodeFile:
     """
     content, where = NODES.read(reference, NodeFile)
     node = check(NodeFile, content, where, InputError)
-    node._folder = Path(reference).absolute().parent
+    shipped = str(reference) in NODES.names()
+    node._folder = Path(__file__).parent / NODES.folder if shipped else Path(reference).absolute().parent
     node._digest = hashlib.sha256(node.model_dump_json().encode()).hexdigest()[:12]
     return node
 
