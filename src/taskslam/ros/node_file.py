@@ -26,7 +26,7 @@ from taskslam.field_types import NonNegative, Positive
 from taskslam.measurements import Sensor
 from taskslam.ros.lockstep import Answers, Rules
 from taskslam.sensors import sensor_kind
-from taskslam.slam.base import Kind, MethodCard
+from taskslam.slam.base import Kind, MapMode, MethodCard
 from taskslam.user_files import Shipped, check
 
 NODES = Shipped("node", "taskslam.ros", "nodes", InputError)
@@ -224,6 +224,7 @@ class NodeFile(_Part):
             summary=self.summary or f"a ROS {self.ros} node: {self.command}",
             odometry_prior=Sensor.WHEEL_ODOMETRY in sensors,
             needs_still_start=self.still_start,
+            map_mode=MapMode.CONTINUE if self.kind is Kind.SLAM else MapMode.NONE,
             deterministic=self.repeats,
             latency=self.latency,
             queue=self.queue,
