@@ -190,6 +190,7 @@ def test_a_node_that_is_killed_is_named_and_so_is_a_master(host_of, write_node, 
         ({"topics": {"/scan": "/scans"}}, r"nobody reads /scans: the node reads .*/scan.* Did you mean '/scan'\?"),
         ({"remaps": {"/scan": "/front/scan"}}, "nobody reads /scan: the node reads /front/scan"),
         ({"answer": {"transform": ["map", "odom"]}}, "nobody publishes /tf: the node publishes .*/pose"),
+        ({"command": "bash -c 'NODE __name:=other & exec NODE'"}, "/other and /rate_node both publish /pose"),
         ({"command": "/usr/bin/false"}, "the node exited with code 1 without a word, before it was connected"),
         ({"command": "no_such_node"}, "the node's command 'no_such_node': there is no such program"),
         ({"setup": "/opt/ros/none/setup.bash"}, "the node's setup '/opt/ros/none/setup.bash': there is no such file"),
@@ -198,7 +199,8 @@ def test_a_node_that_is_killed_is_named_and_so_is_a_master(host_of, write_node, 
     ],
 )
 def test_what_keeps_a_node_from_starting_is_said(write_node, rate_node, rig, changes, words):
-    file = load_node(write_node(rate_node, **{"start": 1.5, **changes}))
+    command = changes.get("command", "NODE").replace("NODE", str(rate_node))
+    file = load_node(write_node(rate_node, **{"start": 1.5, **changes, "command": command}))
     with pytest.raises(InputError, match=words):
         connect(file, rig)
     assert running(rate_node) == []

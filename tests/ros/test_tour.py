@@ -1,6 +1,9 @@
 """A tour steered by a ROS node: the clock goes on over rounds, and what was driven before a failure is kept."""
 
+import pytest
+
 from taskslam.benchmark.run import run
+from taskslam.errors import RecordError
 from taskslam.mode import Mode
 from taskslam.outcomes import Outcome
 from taskslam.record.events import Arrival, GoalFailed, RoundEnded
@@ -12,6 +15,16 @@ NEAR = [[-1.0, -1.0, 0.0], [-1.5, -1.0, 0.0]]
 def drive(stage, out, file, mode):
     directory, complete = run(stage, stage.spec(f"ros:{file}", mode), out)
     return load_run(directory), complete
+
+
+def changed(file, doing):
+    """Do something while the file says something else, and put it back."""
+    before = file.read_text()
+    file.write_text(f"{before}summary: another\n")
+    try:
+        return doing()
+    finally:
+        file.write_text(before)
 
 
 def of_kind(record, kind):
@@ -26,6 +39,8 @@ def test_a_node_drives_a_tour_in_both_modes_and_the_same_twice(make_stage, write
         assert [event.outcome for event in of_kind(record, RoundEnded)] == [Outcome.REACHED] * len(rounds)
         assert [arrival.round for arrival in of_kind(record, Arrival)] == sorted(rounds * 2)
         assert record.manifest.method_card["loopback"]
+    with pytest.raises(RecordError, match=r"a finished run of another content of ros:.*node0\.yaml stands there"):
+        changed(file, lambda: drive(make_stage(NEAR, rounds=1), tmp_path / "one", file, Mode.WITH_MAP))
     again, _ = drive(make_stage(NEAR, rounds=1), tmp_path / "two", file, Mode.WITH_MAP)
     assert again.events == record.events
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ _SETTLED_S = 0.25  # without a new registration, a node has said all that it pub
 WAITING_FROM = -600 * NANOSECONDS  # where the clock begins while a node gets ready
 _WARN = 4  # rosgraph_msgs/Log
 _MOST_WARNINGS = 5
+_ONE_ALONE = "expected one of them alone"
 
 
 class NodeEndedError(Exception):
@@ -48,6 +49,7 @@ class Bridge:
         self.warnings: list[str] = []
         self.odometer = Odometer()
         self._inbox: queue.SimpleQueue[tuple[str, bytearray]] = queue.SimpleQueue()
+        self._speakers: set[str] = set()
         self._transformed = -1
         self._processes: set[int] = set()
         self._master = Master()
@@ -127,6 +129,9 @@ class Bridge:
         with suppress(queue.Empty):
             while True:
                 heard.append(self._inbox.get_nowait())
+        self._speakers.update(name for name, _ in heard)
+        if self._file.answer.topic and len(self._speakers) > 1:
+            raise InvalidOutputError(f"poses of {_and(self._speakers)}; {_ONE_ALONE}")
         return [answer for _, data in heard if (answer := self._answer(data)) is not None]
 
     def worked(self) -> float:
@@ -294,9 +299,13 @@ class Bridge:
         for topic in (self._answers_on, *(held.topic for held in self._published.values())):
             names = [name for name in publishers.get(topic, ()) if topic != self._answers_on or name != _US]
             if len(names) > 1 and topic not in (_TF, _TF_STATIC):
-                yield f"{' and '.join(sorted(names))} both publish {topic}; expected one of them alone"
+                yield f"{_and(names)} both publish {topic}; {_ONE_ALONE}"
 
     def _told_frames(self) -> set[str]:
         encoder = self._encoder
         names = {encoder.frame(name) for name in ("base_footprint", "odom", *encoder.mounted)}
         return names | {self._file.answer.world, encoder.frame("map")} - {""}
+
+
+def _and(names: Iterable[str]) -> str:
+    return " and ".join(sorted(names))
