@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -135,6 +136,17 @@ def test_measured_latency_counts_the_work_of_the_node(host_of, write_node, rate_
     host.start()
     drive(host, rig, 2.0)
     assert 20 * 0.020 <= host.compute_s < 20 * 0.2
+
+
+def test_a_sparse_node_that_says_nothing_is_not_waited_for_long(host_of, write_node, rate_node, rig):
+    parameters = {"fault": "silent", "after": 5}
+    host = host_of(write_node(rate_node, parameters=parameters, answers="sparse", patience=60.0, in_a_row=2))
+    host.start()
+    began = time.monotonic()
+    assert len(drive(host, rig, 2.0)) == 5
+    assert time.monotonic() - began < 55.0
+    host.stop()
+    assert "[ros] 20 frames, 5 answered, 15 missing" in log_of(host)
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ from taskslam.slam.base import InvalidOutputError, StalledError
 SAME = 1_000  # ns: nodes that keep a stamp as a double of seconds lose the last digits
 _MOST_OPEN = 1_000  # frames without an answer that are remembered
 _NEVER = -1
+_QUIET_SHARE = 0.1  # of one core: what looking for work costs a node that has none
 
 
 class Answers(StrEnum):
@@ -41,9 +42,9 @@ class Answers(StrEnum):
 class Rules:
     """How a node is waited for.
 
-    tick: ns of simulated time, and every: s on the wall's clock from one tick to the next. longest_s: on the wall's
-    clock for one answer. in_a_row: so many frames without an answer end it, where every frame has one. quiet_s: without
-    work for so long after the last tick, a sparse node has nothing to say.
+    tick: ns of simulated time, and every_s: s on the wall's clock from one tick to the next. longest_s: on the wall's
+    clock for one answer. in_a_row: so many frames without an answer end it, where every frame has one. quiet_s: with
+    next to no work for so long after the last tick, a sparse node has nothing to say.
     """
 
     answers: Answers = Answers.EVERY_FRAME
@@ -177,12 +178,12 @@ class Lockstep:
                 return heard[0]
             looked = self._wall()
             if self.tick(following):
-                since = looked
-            elif rules.answers is Answers.SPARSE:
-                if (work := self._wire.worked()) != worked:
-                    worked, since = work, looked
-                elif looked - since >= rules.quiet_s:
+                worked, since = self._wire.worked(), looked
+            elif rules.answers is Answers.SPARSE and (lull := looked - since) >= rules.quiet_s:
+                work = self._wire.worked()
+                if work - worked <= _QUIET_SHARE * lull:
                     return None
+                worked, since = work, looked
             if looked - began >= rules.longest_s:
                 return None
 

@@ -107,7 +107,7 @@ def test_a_second_node_of_the_same_name_takes_its_place(master, make_node):
     first, listener = make_node("/twin", master.uri), make_node("/listener", master.uri)
     first.advertise("/scan", SCAN)
     make_node("/twin", master.uri).advertise("/other", SCAN)
-    assert master.graph.publishers["/scan"] == {}
+    assert master.graph().publishers["/scan"] == {}
     assert listener.ask("getSystemState")[0] == [["/other", ["/twin"]]]
 
 
@@ -159,7 +159,7 @@ def test_rospy_reads_parameters_of_every_type(peer, master):
     }  # fmt: skip
     assert (peer["absent"], peer["found"]) == (False, "/use_sim_time")
     assert master.parameters.get("/rospy_peer/seen") == 1.5
-    assert {"/rospy_peer/whole", "/rospy_peer/absent"} <= master.asked
+    assert {"/rospy_peer/whole", "/rospy_peer/absent"} <= master.asked()
 
 
 def test_rospy_hears_us_and_we_hear_rospy(peer, master, make_node, eventually):

@@ -71,10 +71,10 @@ class Bridge:
         Raises InputError: it is not within its time, it ended, or two nodes say the same.
         """
         deadline = time.monotonic() + self._file.start
-        seen, since = None, 0.0
+        seen, since = self._master.graph(), time.monotonic()
         while True:
             now = time.monotonic()
-            graph = repr(self._master.graph)
+            graph = self._master.graph()
             if graph != seen:
                 seen, since = graph, now
             if not self._node.alive:
@@ -88,9 +88,10 @@ class Bridge:
             time.sleep(_LOOK_EVERY_S)
         if doubles := list(self._doubles()):
             raise InputError("; ".join(doubles))
-        for api in self._master.graph.nodes.values():
-            with suppress(RosError):
-                self._processes.add(call(api, "getPid", _US))
+        for name, api in self._master.graph().nodes.items():
+            if name != _US:
+                with suppress(RosError):
+                    self._processes.add(call(api, "getPid", _US))
         if self._file.reset != "restart":
             try:
                 self._us.call_service(self._file.reset)
@@ -144,7 +145,7 @@ class Bridge:
 
     def findings(self) -> Iterator[str]:
         """What may be wrong with the node file, or with the node, though it answers: a sentence each."""
-        graph = self._master.graph
+        graph = self._master.graph()
         if not graph.subscribers.get(_CLOCK):
             yield "nobody reads /clock: the node goes by the wall's clock, and its answers by the machine's speed"
         own = [topic for topic in graph.subscribers if set(graph.subscribers[topic]) - {_US}]
@@ -154,7 +155,7 @@ class Bridge:
         for topic in self._topics:
             if not set(graph.subscribers.get(topic, ())) - {_US} and topic not in (_CLOCK, _TF, _TF_STATIC):
                 yield f"nobody reads {topic}.{did_you_mean(topic, own)}"
-        asked = self._master.asked
+        asked = self._master.asked()
         for name in self._master.parameters.names():
             if name.startswith(self._space) and not any(f"{name}/".startswith(f"{one.rstrip('/')}/") for one in asked):
                 unset = [one for one in asked if not self._master.parameters.has(one)]
@@ -268,34 +269,34 @@ class Bridge:
 
     def _unready(self) -> Iterator[str]:
         """What is missing before the first measurement can be said, a sentence each."""
-        graph = self._master.graph
-        theirs = [topic for topic, nodes in dict(graph.subscribers).items() if set(nodes) - {_US}]
+        graph = self._master.graph()
+        theirs = [topic for topic, nodes in graph.subscribers.items() if set(nodes) - {_US}]
         for topic in self._awaited:
             if not set(graph.subscribers.get(topic, ())) - {_US}:
                 others = [other for other in theirs if not other.startswith(("/tf", "/clock"))]
                 reads = f"the node reads {', '.join(sorted(others))}" if others else "the node reads no topic"
                 yield f"nobody reads {topic}: {reads}.{did_you_mean(topic, others)}"
         for publication in self._published.values():
-            for name in dict(graph.subscribers.get(publication.topic, {})):
+            for name in graph.subscribers.get(publication.topic, {}):
                 if name != _US and name not in publication.peers:
                     yield f"{name} has not connected to {publication.topic} yet"
         yield from self._unanswered()
 
     def _unanswered(self) -> Iterator[str]:
-        graph, topic, kind = self._master.graph, self._answers_on, self._answers_as
+        graph, topic, kind = self._master.graph(), self._answers_on, self._answers_as
         if set(graph.publishers.get(topic, ())) - {_US}:
             if graph.types.get(topic) != kind:
                 yield f"{topic} is of the type {graph.types.get(topic)}; expected {kind}"
             elif not self._us.publishers_of(topic):
                 yield f"the publisher of {topic} has not answered yet"
             return
-        others = [other for other, nodes in dict(graph.publishers).items() if set(nodes) - {_US} and other != _ROSOUT]
+        others = [other for other, nodes in graph.publishers.items() if set(nodes) - {_US} and other != _ROSOUT]
         says = f"the node publishes {', '.join(sorted(others))}" if others else "the node publishes nothing"
         yield f"nobody publishes {topic}: {says}.{did_you_mean(topic, others)}"
 
     def _doubles(self) -> Iterator[str]:
         """Topics that two nodes publish where there can be one, a sentence each."""
-        publishers = self._master.graph.publishers
+        publishers = self._master.graph().publishers
         for topic in (self._answers_on, *(held.topic for held in self._published.values())):
             names = [name for name in publishers.get(topic, ()) if topic != self._answers_on or name != _US]
             if len(names) > 1 and topic not in (_TF, _TF_STATIC):

@@ -6,6 +6,7 @@ Source of the functions: wiki.ros.org/ROS/Master_API and /ROS/Parameter Server A
 
 from __future__ import annotations
 
+import copy
 import os
 import threading
 from collections import defaultdict
@@ -35,12 +36,12 @@ class Graph:
 
 
 class Master:
-    """Serves until it is closed. uri: of the server; graph: as it is now; asked: names of parameters, whole."""
+    """Serves until it is closed. uri: of the server."""
 
     def __init__(self) -> None:
-        self.graph = Graph()
+        self._graph = Graph()
+        self._asked: set[str] = set()
         self.parameters = Parameters()
-        self.asked: set[str] = set()
         self._listeners: Registered = defaultdict(dict)
         self._lock = threading.RLock()
         self._tellers: dict[str, ThreadPoolExecutor] = {}
@@ -53,6 +54,16 @@ class Master:
         with self._lock:
             for teller in self._tellers.values():
                 teller.shutdown(wait=False, cancel_futures=True)
+
+    def graph(self) -> Graph:
+        """As it is now."""
+        with self._lock:
+            return copy.deepcopy(self._graph)
+
+    def asked(self) -> set[str]:
+        """The parameters that were asked for so far, by whole names."""
+        with self._lock:
+            return set(self._asked)
 
     def functions(self) -> Mapping[str, Any]:
         """Of the master and of the parameter server, each under one lock."""
@@ -72,7 +83,7 @@ class Master:
         return called
 
     def _register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[str]:
-        graph = self.graph
+        graph = self._graph
         self._meet(node, api)
         if kind != ANY or topic not in graph.types:  # who publishes knows better than who would like to hear
             graph.types[topic] = kind
@@ -81,50 +92,50 @@ class Master:
         return list(graph.subscribers[topic].values())
 
     def _unregister_publisher(self, node: str, topic: str, api: str) -> int:
-        gone = _forget(self.graph.publishers, topic, node, api)
+        gone = _forget(self._graph.publishers, topic, node, api)
         if gone:
             self._tell_subscribers(topic)
         return gone
 
     def _register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[str]:
-        graph = self.graph
+        graph = self._graph
         self._meet(node, api)
         graph.types.setdefault(topic, kind)
         graph.subscribers[topic][node] = api
         return list(graph.publishers[topic].values())
 
     def _unregister_subscriber(self, node: str, topic: str, api: str) -> int:
-        return _forget(self.graph.subscribers, topic, node, api)
+        return _forget(self._graph.subscribers, topic, node, api)
 
     def _register_service(self, node: str, service: str, address: str, api: str) -> int:
         self._meet(node, api)
-        self.graph.services[service] = {node: address}
+        self._graph.services[service] = {node: address}
         return 1
 
     def _unregister_service(self, node: str, service: str, address: str) -> int:
-        return _forget(self.graph.services, service, node, address)
+        return _forget(self._graph.services, service, node, address)
 
     def _lookup_service(self, node: str, service: str) -> str:  # noqa: ARG002
-        for address in self.graph.services.get(service, {}).values():
+        for address in self._graph.services.get(service, {}).values():
             return address
         raise RosError(f"no provider of the service {service}")
 
     def _lookup_node(self, node: str, wanted: str) -> str:  # noqa: ARG002
-        if wanted not in self.graph.nodes:
+        if wanted not in self._graph.nodes:
             raise RosError(f"unknown node [{wanted}]")
-        return self.graph.nodes[wanted]
+        return self._graph.nodes[wanted]
 
     def _get_published_topics(self, node: str, below: str) -> list[list[str]]:  # noqa: ARG002
-        graph, prefix = self.graph, below.rstrip("/") + "/"
+        graph, prefix = self._graph, below.rstrip("/") + "/"
         return [
             [topic, graph.types[topic]] for topic, by in graph.publishers.items() if by and topic.startswith(prefix)
         ]
 
     def _get_topic_types(self, node: str) -> list[list[str]]:  # noqa: ARG002
-        return [[topic, kind] for topic, kind in self.graph.types.items()]
+        return [[topic, kind] for topic, kind in self._graph.types.items()]
 
     def _get_system_state(self, node: str) -> list[list[Any]]:  # noqa: ARG002
-        graph = self.graph
+        graph = self._graph
         return [
             [[name, list(by)] for name, by in registered.items() if by]
             for registered in (graph.publishers, graph.subscribers, graph.services)
@@ -173,7 +184,7 @@ class Master:
         return self.parameters.names()
 
     def _asking(self, name: str) -> str:
-        self.asked.add(name)
+        self._asked.add(name)
         return name
 
     def _value_or_nothing(self, name: str) -> Any:
@@ -181,17 +192,17 @@ class Master:
 
     def _meet(self, node: str, api: str) -> None:
         """Know a node by its name; the one that bore it before is asked to go."""
-        before = self.graph.nodes.get(node)
-        self.graph.nodes[node] = api
+        before = self._graph.nodes.get(node)
+        self._graph.nodes[node] = api
         if before is not None and before != api:
-            for registered in (self.graph.publishers, self.graph.subscribers):
+            for registered in (self._graph.publishers, self._graph.subscribers):
                 for topic in registered:
                     _forget(registered, topic, node, before)
             self._tell(before, "shutdown", f"new node registered with same name [{node}]")
 
     def _tell_subscribers(self, topic: str) -> None:
-        publishers = list(self.graph.publishers[topic].values())
-        for api in self.graph.subscribers[topic].values():
+        publishers = list(self._graph.publishers[topic].values())
+        for api in self._graph.subscribers[topic].values():
             self._tell(api, "publisherUpdate", topic, publishers)
 
     def _tell(self, api: str, function: str, *arguments: Any) -> None:
