@@ -139,6 +139,11 @@ class Shipped:
 
     def read(self, reference: str | Path, model: type[BaseModel]) -> tuple[dict[str, Any], str]:
         """The keys as they were written, and where: as in the sentences of errors. Raises `error`."""
+        text, where = self.text(reference)
+        return mapping_of(text, where, self.error, keys_of(model)), where
+
+    def text(self, reference: str | Path) -> tuple[str, str]:
+        """The file as it was written, and where: as in the sentences of errors. Raises `error`."""
         if Path(reference).suffix in {".yaml", ".yml"}:
             text = read_text(Path(reference), self.what, self.error, LARGEST_WRITTEN_BY_HAND)
             where = str(reference)
@@ -150,7 +155,7 @@ class Shipped:
                 f"{self.what} '{reference}' is neither shipped ({', '.join(known)}) nor a .yaml file."
                 f"{did_you_mean(str(reference), known)}"
             )
-        return mapping_of(text, where, self.error, keys_of(model)), where
+        return text, where
 
 
 class _BoundedLoader(yaml.SafeLoader):

@@ -130,7 +130,7 @@ def make_bag(tmp_path: Path, recorded: Any) -> Make:
         types = type(types)()
         types.register(ros_types(Stores.ROS2_HUMBLE).fielddefs)
         types.register(get_types_from_msg("float64 x", custom))
-        encoder = RosEncoder(ros_types(Stores.ROS2_HUMBLE), recorded.robot)
+        encoder = RosEncoder(ros_types(Stores.ROS2_HUMBLE))
         with Rosbag2Writer(tmp_path / "strange", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
             known = writer.add_connection("/custom", custom, typestore=types)
             writer.write(known, 0, types.serialize_cdr(types.types[custom](x=1.0), custom))
@@ -141,7 +141,7 @@ def make_bag(tmp_path: Path, recorded: Any) -> Make:
                 connections[topic] = connections.get(topic) or writer.add_connection(topic, kind, typestore=types)
                 writer.write(connections[topic], stamp, types.serialize_cdr(message, kind))
 
-            for topic, stamp, message in encoder.opening(0, frames_of(recorded.robot.rig)):
+            for topic, stamp, message in encoder.opening(0, frames_of(recorded.robot.rig), recorded.robot):
                 if topic == "/tf_static" and frames:
                     say(topic, stamp, message)
             for measurement in recorded.of(frozenset({Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})):

@@ -30,10 +30,14 @@ def make_bag(tmp_path, recorded):
 
     def make(edit=lambda topic, message: None, names=None) -> Path:
         store = ros_types(Stores.ROS2_HUMBLE)
-        encoder = RosEncoder(store, recorded.robot)
+        encoder = RosEncoder(store)
         with Rosbag2Writer(tmp_path / "rgbd", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
             connections = {}
-            said = [item for item in encoder.opening(0, frames_of(recorded.robot.rig)) if item[0] == "/tf_static"]
+            said = [
+                item
+                for item in encoder.opening(0, frames_of(recorded.robot.rig), recorded.robot)
+                if item[0] == "/tf_static"
+            ]
             for measurement in recorded.of(RGBD):
                 said += messages_of(encoder, recorded.robot.rig, measurement)
             for topic, stamp, message in said:

@@ -30,6 +30,7 @@ from taskslam.record.resumption import read_resumption
 from taskslam.record.trajectories import read_spatial_trajectory
 from taskslam.report import write_report
 from taskslam.robot import load_robot
+from taskslam.ros.node_file import load_node
 from taskslam.scenario import load_scenario
 from taskslam.simulation.rendering.scene_cache import load_prepared
 from taskslam.slam.cards import read_kept_card
@@ -205,6 +206,8 @@ READERS = {
                (*_SHIPPED, "taskslam.scenario.loading", "taskslam.scenario.waypoint_files")),
         Reader("robot", examples.shipped("taskslam.robot", "presets", "turtlebot2", "turtlebot2_d435i"),
                one(load_robot), ("taskslam.robot.robot",)),
+        Reader("node", examples.shipped("taskslam.ros", "nodes", "slam_toolbox", "fast_lio2"), one(load_node),
+               ("taskslam.ros.node_file",)),
         Reader("suite", examples.shipped("taskslam.benchmark", "suites", "paper"), one(load_suite),
                ("taskslam.benchmark.suite",)),
         Reader("lab", examples.shipped("taskslam.lab", "labs", "house_cameras", "tsrb_long_ceiling"), one(load_lab),

@@ -36,6 +36,7 @@ from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.base import MethodCard
 from taskslam.slam.cards import card_of
 from taskslam.slam.guest.host import Limits, MethodHost
+from taskslam.slam.registry import find_method
 from taskslam.task import GoalTolerance, Mode
 from taskslam.version import __version__
 from taskslam.world.map_server import save_floor_plan
@@ -92,6 +93,11 @@ def run(
     directory = run_folder(out, spec)
     settle(directory)
     if not overwrite and (finished := finished_run(directory, spec, salt)) is not None:
+        if find_method(spec.method).file is not None and finished.method_card.get("version") != card.version:
+            raise RecordError(
+                f"{directory}: a finished run of another content of {spec.method} stands there; choose another --out,"
+                " or --overwrite"
+            )
         observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
         return directory, finished.complete
     if spec.sealed and salt is None:

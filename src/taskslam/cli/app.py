@@ -19,6 +19,7 @@ from taskslam.cli import (
     planners,
     replay,
     report,
+    ros,
     run,
     suite,
     tags,
@@ -50,6 +51,7 @@ app.command("compare")(compare.compare)
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")
 app.add_typer(planners.app, name="planners")
+app.add_typer(ros.app, name="ros")
 app.add_typer(tags.app, name="tags")
 app.add_typer(camera.app, name="camera")
 app.add_typer(measure.app, name="measure")

@@ -42,14 +42,14 @@ class BagWriter:
         self._connections = {
             topic: self._writer.add_connection(topic, kind, typestore=self._store) for topic, kind in topics
         }
-        self._encoder = RosEncoder(self._store, robot)
-        self._rig = robot.rig
+        self._encoder = RosEncoder(self._store)
+        self._robot = robot
         self._opened = False
 
     def measurement(self, measurement: Measurement) -> None:
         """Write one measurement."""
         self._open(measurement.stamp)
-        for said in messages_of(self._encoder, self._rig, measurement):
+        for said in messages_of(self._encoder, self._robot.rig, measurement):
             self._say(said)
 
     def truth(self, stamp: int, pose: SE2) -> None:
@@ -64,7 +64,7 @@ class BagWriter:
     def _open(self, stamp: int) -> None:
         if not self._opened:
             self._opened = True
-            for said in self._encoder.opening(stamp, frames_of(self._rig)):
+            for said in self._encoder.opening(stamp, frames_of(self._robot.rig), self._robot):
                 self._say(said)
 
     def _say(self, said: Said) -> None:

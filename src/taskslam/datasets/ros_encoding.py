@@ -41,18 +41,16 @@ Said = tuple[str, int, Any]
 
 
 class RosEncoder:
-    """Builds messages of one typestore for one robot."""
+    """Builds messages of one typestore."""
 
-    def __init__(self, store: Typestore, robot: Robot) -> None:
+    def __init__(self, store: Typestore) -> None:
         self._types = store.types
-        self._robot = robot
         self._ros1 = any(field.name == "seq" for field in fields(self._types["std_msgs/msg/Header"]))  # type: ignore[arg-type]
 
-    def opening(self, stamp: int, frames: Iterable[tuple[str, FloatArray]]) -> Iterator[Said]:
+    def opening(self, stamp: int, frames: Iterable[tuple[str, FloatArray]], robot: Robot) -> Iterator[Said]:
         """What is said once: where the sensors' frames are, (4, 4) in the base, and the robot."""
-        transforms = [self._transform(stamp, frame, T) for frame, T in frames]
-        yield TF_STATIC, stamp, self.new("tf2_msgs/msg/TFMessage", transforms=transforms)
-        text = yaml.safe_dump(self._robot.model_dump(mode="json"), sort_keys=False)
+        yield TF_STATIC, stamp, self.mounts(stamp, frames)
+        text = yaml.safe_dump(robot.model_dump(mode="json"), sort_keys=False)
         yield ROBOT, stamp, self.new("std_msgs/msg/String", data=text)
 
     def truth(self, stamp: int, pose: SE2) -> Said:
@@ -65,26 +63,47 @@ class RosEncoder:
 
     def header(self, stamp: int, frame: str) -> Any:
         """std_msgs/Header."""
-        whole, rest = divmod(stamp, NANOSECONDS)
-        time = self.new("builtin_interfaces/msg/Time", sec=whole, nanosec=rest)
         sequence = {"seq": 0} if self._ros1 else {}
-        return self.new("std_msgs/msg/Header", stamp=time, frame_id=frame, **sequence)
+        return self.new("std_msgs/msg/Header", stamp=self.time(stamp), frame_id=self.frame(frame), **sequence)
+
+    def time(self, stamp: int) -> Any:
+        """An instant (ns)."""
+        whole, rest = divmod(stamp, NANOSECONDS)
+        return self.new("builtin_interfaces/msg/Time", sec=whole, nanosec=rest)
+
+    def frame(self, name: str) -> str:
+        """What one of our frames is called."""
+        return name
 
     def vector(self, x: float, y: float, z: float) -> Any:
         """geometry_msgs/Vector3."""
         return self.new("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
 
-    def _transform(self, stamp: int, frame: str, T_base_frame: FloatArray) -> Any:
+    def mounts(self, stamp: int, frames: Iterable[tuple[str, FloatArray]]) -> Any:
+        """tf2_msgs/TFMessage of frames by their (4, 4) poses in the base."""
         from scipy.spatial.transform import Rotation
 
-        x, y, z, w = Rotation.from_matrix(T_base_frame[:3, :3]).as_quat().tolist()
+        turned = [(frame, T, Rotation.from_matrix(T[:3, :3]).as_quat().tolist()) for frame, T in frames]
+        return self.new(
+            "tf2_msgs/msg/TFMessage",
+            transforms=[self._transform(stamp, BASE, frame, T[:3, 3].tolist(), xyzw) for frame, T, xyzw in turned],
+        )
+
+    def base_in_odom(self, stamp: int, at: SE2) -> Any:
+        """tf2_msgs/TFMessage of the base in `odom`."""
+        z, w = planar_quaternion(at.theta)
+        transform = self._transform(stamp, ODOM, BASE, [at.x, at.y, 0.0], [0.0, 0.0, z, w])
+        return self.new("tf2_msgs/msg/TFMessage", transforms=[transform])
+
+    def _transform(self, stamp: int, parent: str, child: str, xyz: list[float], xyzw: list[float]) -> Any:
+        x, y, z, w = xyzw
         return self.new(
             "geometry_msgs/msg/TransformStamped",
-            header=self.header(stamp, BASE),
-            child_frame_id=frame,
+            header=self.header(stamp, parent),
+            child_frame_id=self.frame(child),
             transform=self.new(
                 "geometry_msgs/msg/Transform",
-                translation=self.vector(*T_base_frame[:3, 3].tolist()),
+                translation=self.vector(*xyz),
                 rotation=self.new("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w),
             ),
         )
@@ -103,7 +122,7 @@ class RosEncoder:
         return self.new(
             "nav_msgs/msg/Odometry",
             header=self.header(stamp, frame),
-            child_frame_id=BASE,
+            child_frame_id=self.frame(BASE),
             pose=self.new("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=np.zeros(36)),
             twist=self.new("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
         )

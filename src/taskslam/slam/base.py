@@ -17,6 +17,7 @@ It runs in a child process of its own and only ever sees the measurements that i
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -27,6 +28,14 @@ from typing import ClassVar
 from taskslam.geometry import FloatArray
 from taskslam.measurements import Measurement, Sensor
 from taskslam.robot import SensorRig
+
+
+class InvalidOutputError(Exception):
+    """What a method returns, or what something foreign that it wraps has said, is no pose."""
+
+
+class StalledError(Exception):
+    """Something foreign that a method wraps no longer answers."""
 
 
 class Kind(StrEnum):
@@ -127,6 +136,10 @@ class SlamMethod(ABC):
     def load_map(self, path: Path) -> None:
         """Read a map written by `save_map`; call after `start`, with the robot at the map's start pose."""
         raise NotImplementedError(f"{self.card.name} cannot load a map")
+
+    def processor_time(self) -> int:
+        """Processor time used so far, ns: this process's, and that of others which it has work for it."""
+        return time.process_time_ns()
 
     def stop(self) -> None:
         """Release what was taken. Called once; the process ends soon after."""

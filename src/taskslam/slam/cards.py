@@ -25,7 +25,7 @@ from taskslam.slam.base import MethodCard
 from taskslam.slam.content import place_of
 from taskslam.slam.guest.contract import read_card
 from taskslam.slam.guest.enclosure import wall_of
-from taskslam.slam.registry import MethodEntry, find_method, missing_of_extra, registered_methods
+from taskslam.slam.registry import MethodEntry, find_method, is_local, missing_of_extra, registered_methods
 from taskslam.stopping import undisturbed
 
 _LIMITS = Limits(frame_timeout_s=60.0, stop_timeout_s=0.0, memory_bytes=2 << 30)
@@ -110,7 +110,7 @@ def _described(entries: Sequence[MethodEntry]) -> list[MethodState]:
 
 def _ask(names: Sequence[str]) -> tuple[list[messages.Header], str]:
     """The answers that a describing process gives to these names, as far as it comes, and how it ended."""
-    local = working_folder() if ":" in names[0] else None
+    local = working_folder() if is_local(names[0]) else None
     program = Program("taskslam.slam.guest.describe", local=local)
     with Scratch("cards") as scratch:
         process = None

@@ -1,6 +1,7 @@
 """Which SLAM methods exist: entry points of the group `taskslam.methods`, from this package or anyone else's.
 
-A name of the form `package.module:Class` is taken as it is, for experiments that are not installed.
+A name of the form `package.module:Class` is taken as it is, for experiments that are not installed. `ros:NODE.yaml` is
+somebody's ROS node as its node file describes it (`ros/node_file.py`), `ros:NAME` one whose file ships.
 """
 
 from __future__ import annotations
@@ -9,21 +10,34 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
+from pathlib import Path
 
 from taskslam.errors import MethodUnavailableError, UnknownMethodError, did_you_mean
 from taskslam.plugins import registered
 from taskslam.slam.base import MethodCard
 
 GROUP = "taskslam.methods"
+_ROS = "ros:"
+_ROS_NODE = "taskslam.ros.method:method_of"
+_YAML = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, slots=True)
 class MethodEntry:
-    """A registered method. target: `package.module:Class`; distribution: the installed package that registers it."""
+    """A registered method. target: `package.module:Class`; distribution: the installed package that registers it.
+
+    argument: of a method that a file describes, that file; the target then makes the class from it.
+    """
 
     name: str
     target: str
     distribution: str
+    argument: str = ""
+
+    @property
+    def file(self) -> Path | None:
+        """The user's own file that describes it, if one does."""
+        return Path(self.argument) if self.argument.endswith(_YAML) else None
 
 
 def registered_methods() -> dict[str, MethodEntry]:
@@ -35,11 +49,16 @@ def registered_methods() -> dict[str, MethodEntry]:
 
 
 def find_method(name: str) -> MethodEntry:
-    """The entry of a registered name, or of a `package.module:Class`.
+    """The entry of a registered name, of a `package.module:Class`, or of a `ros:NODE.yaml`.
 
     Raises:
         UnknownMethodError: neither; lists the known names.
     """
+    if name.startswith(_ROS):
+        argument = name.removeprefix(_ROS)
+        if argument.endswith(_YAML):  # its process works in another folder
+            argument = str(Path(argument).absolute())
+        return MethodEntry(_ROS + argument, _ROS_NODE, "", argument)
     methods = registered_methods()
     if name in methods:
         return methods[name]
@@ -47,6 +66,11 @@ def find_method(name: str) -> MethodEntry:
         return MethodEntry(name, name, "")
     known = ", ".join(methods) or "none"
     raise UnknownMethodError(f"no SLAM method is called '{name}' (known: {known}).{did_you_mean(name, methods)}")
+
+
+def is_local(name: str) -> bool:
+    """Whether a method's code is the user's own, and may lie where the user works."""
+    return ":" in name and not name.startswith(_ROS)
 
 
 def unavailable(name: str, card: MethodCard, error: ModuleNotFoundError) -> MethodUnavailableError:

@@ -13,7 +13,6 @@ import faulthandler
 import inspect
 import os
 import sys
-import time
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,7 +26,7 @@ from taskslam.processes.guest import SINGLE_THREADED
 from taskslam.robot import SensorRig
 from taskslam.sensors import cameras, sensor_kind
 from taskslam.slam import registry
-from taskslam.slam.base import PoseEstimate, SlamMethod, Status
+from taskslam.slam.base import InvalidOutputError, PoseEstimate, SlamMethod, StalledError, Status
 from taskslam.slam.guest import wire
 from taskslam.slam.guest.loading import load_method
 from taskslam.slam.guest.pacing import Pacer
@@ -35,10 +34,6 @@ from taskslam.slam.guest.shared_images import ImageWindow
 
 _CHUNK = 1 << 20
 _ERRORS = {UnknownMethodError: "unknown", MethodUnavailableError: "unavailable", InputError: "input"}
-
-
-class InvalidOutputError(Exception):
-    """The method returned something that is not a pose estimate."""
 
 
 def construct(method: type[SlamMethod], name: str, options: Mapping[str, object]) -> SlamMethod:
@@ -85,6 +80,9 @@ class _Child:
                 except InvalidOutputError as error:
                     self._give_up("invalid", str(error), header)
                     return
+                except StalledError as error:
+                    self._give_up("stalled", str(error), header)
+                    return
                 except Exception as error:
                     traceback.print_exc()
                     kind = next((kind for cls, kind in _ERRORS.items() if isinstance(error, cls)), "exception")
@@ -109,9 +107,9 @@ class _Child:
             self._flush()  # what came before is not held up by a long frame
             if self._pacer is not None:
                 self._pacer.take_frame(measurement.stamp)
-        began = time.process_time_ns()
+        began = self._method.processor_time()
         estimate = self._method.feed(measurement)
-        compute = time.process_time_ns() - began
+        compute = max(0, self._method.processor_time() - began)
         del measurement  # unless the method keeps it, its image slot is free now
         if estimate is None and not is_frame:
             self._acknowledge = number

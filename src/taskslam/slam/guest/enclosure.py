@@ -11,6 +11,7 @@ from pathlib import Path
 from taskslam.processes.guest import METHOD_VARIABLES
 from taskslam.processes.wall import Wall, working_folder
 from taskslam.slam.base import MethodCard
+from taskslam.slam.registry import find_method, is_local
 
 
 def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed: Iterable[Path]) -> Wall:
@@ -20,8 +21,9 @@ def wall_of(method: str, card: MethodCard | None, named: Iterable[Path], closed:
     closed: folders of results. The folder that holds the code of a method in the user's own stays open in these. Files
     that the user names in variables meant for methods are open too.
     """
-    here = working_folder() if ":" in method else None
-    local = () if here is None else (here,)
+    here = working_folder() if is_local(method) else None
+    described_by = find_method(method).file
+    local = (*(() if here is None else (here,)), *(() if described_by is None else (described_by,)))
     places = tuple(Path(place) for place in card.reads) if card is not None else ()
     told = (Path(value) for key, value in os.environ.items() if key.startswith(METHOD_VARIABLES) and "/" in value)
     read = (*local, *places, *(place.absolute() for name in (*named, *told) for place in _with_namesakes(name)))

@@ -47,7 +47,7 @@ from taskslam.slam.guest.enclosure import wall_of
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.latency import NEVER, HandOver, LatencyModel, Schedule
 from taskslam.slam.guest.shared_images import ImageSlots
-from taskslam.slam.registry import find_method
+from taskslam.slam.registry import find_method, is_local
 from taskslam.stopping import undisturbed
 
 _MAX_UNSENT = 64 << 20
@@ -176,7 +176,7 @@ class MethodHost:
                 "be constructed",
                 timeout,
                 do="construct",
-                method=self._name,
+                method=find_method(self._name).name,
                 options=self._options,
                 cpu_scale=self._latency.cpu_scale,
             )
@@ -315,7 +315,7 @@ class MethodHost:
             "taskslam.slam.guest.child",
             () if images is None else (str(images.fileno), str(images.slot_size)),
             () if images is None else (images.fileno,),
-            working_folder() if ":" in self._name else None,
+            working_folder() if is_local(self._name) else None,
             place_of("compiled", find_method(self._name)),
         )
 
@@ -450,6 +450,8 @@ class MethodHost:
             about = _words(self._outstanding[0])
         if kind == "invalid":
             self._doom = (Outcome.INVALID_OUTPUT, f"returned {detail}, at {about}")
+        elif kind == "stalled":
+            self._doom = (Outcome.STALLED, f"waits for what no longer answers: {detail}, at {about}")
         else:
             self._doom = (Outcome.CRASHED, f"raised {detail}, at {about}")
 

@@ -30,6 +30,8 @@ def load_method(name: str) -> type[SlamMethod]:
         raise InputError(f"method '{name}': module '{module_name}' has no class '{class_name}'") from error
     except (Exception, SystemExit) as error:
         raise InputError(f"method '{name}': importing {module_name} failed: {one_line(error)}") from error
+    if entry.argument:
+        found = found(entry.argument)
     if not (isinstance(found, type) and issubclass(found, SlamMethod)):
         raise InputError(f"method '{name}': {entry.target} is not a subclass of taskslam.slam.SlamMethod")
     if not isinstance(getattr(found, "card", None), MethodCard):

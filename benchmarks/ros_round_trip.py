@@ -1,0 +1,208 @@
+"""What the door for ROS 1 nodes costs: a frame to a node and its answer back, and what is lost on the way.
+
+    python benchmarks/ros_round_trip.py [--frames 1000] [--pairs 10000]
+
+The node is a process of its own that looks at no pixel: it answers a frame once all its messages are there. Then the
+same through the whole method (its process, the wall, the pipe), beside a method that answers at once without any ROS.
+p50 and p99 of the wall time, ms. A frame counts as lost if its answer did not come within ten seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import struct
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from common import machine_line
+from taskslam.measurements import LaserScan, Measurement, PointCloud, Sensor, StereoImages
+from taskslam.robot import SensorRig, load_robot
+from taskslam.ros.lockstep import Lockstep
+from taskslam.ros.node_file import load_node
+from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge
+from taskslam.ros.ros1.node import Node
+from taskslam.slam.base import Kind, MethodCard, PoseEstimate, SlamMethod, Status
+from taskslam.slam.guest.host import MethodHost
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
+
+TOPICS = {
+    Sensor.LASER_SCAN: {"/scan": "sensor_msgs/LaserScan"},
+    Sensor.POINT_CLOUD: {"/velodyne_points": "sensor_msgs/PointCloud2"},
+    Sensor.STEREO_IMAGES: {
+        "/stereo/left/image_rect": "sensor_msgs/Image",
+        "/stereo/right/image_rect": "sensor_msgs/Image",
+    },
+}
+_STAMP = struct.Struct("<II")
+_SEQUENCE = 4  # bytes before it in a header
+
+
+class Echo(SlamMethod):
+    """Answers every frame at once, without ROS."""
+
+    def start(self, rig: SensorRig) -> None:
+        """Nothing to prepare."""
+
+    def feed(self, measurement: Measurement) -> PoseEstimate:
+        """The origin."""
+        return PoseEstimate(measurement.stamp, np.eye(4), Status.TRACKING)
+
+
+class EchoScan(Echo):
+    """To every scan."""
+
+    card = MethodCard("echo", "1", "Apache-2.0", Kind.ODOMETRY, (Sensor.LASER_SCAN,))
+
+
+class EchoCloud(Echo):
+    """To every cloud."""
+
+    card = MethodCard("echo", "1", "Apache-2.0", Kind.ODOMETRY, (Sensor.POINT_CLOUD,))
+
+
+class EchoStereo(Echo):
+    """To every stereo pair."""
+
+    card = MethodCard("echo", "1", "Apache-2.0", Kind.ODOMETRY, (Sensor.STEREO_IMAGES,))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=1000)
+    parser.add_argument("--pairs", type=int, default=10_000, help="of the stereo camera, for what is lost")
+    asked = parser.parse_args()
+    rig = load_robot("turtlebot2").rig
+    loads = {
+        "scan of 640 rays": (a_scan(640), "EchoScan"),
+        "cloud of 28,800 points": (a_cloud(28_800), "EchoCloud"),
+        "stereo 752x480": (a_pair(rig), "EchoStereo"),
+    }
+    print(machine_line())
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for words, (make, echo) in loads.items():
+            file = node_file(folder, make(0).sensor)
+            counts, wall = through_bridge(file, rig, make, asked.frames)
+            print(f"{words:24} node {shown(wall)}; {counts.missing} of {counts.frames} lost")
+            for way, method in (("ROS", f"ros:{file}"), ("none", f"ros_round_trip:{echo}")):
+                print(
+                    f"{words:24} method, {way:4} {shown(through_host(method, file, rig, make, asked.frames, folder))}"
+                )
+        words, (make, _) = list(loads.items())[-1]
+        counts, wall = through_bridge(node_file(folder, make(0).sensor), rig, make, asked.pairs)
+        print(f"{words:24} {counts.missing} of {counts.frames} lost, node {shown(wall)}")
+
+
+def a_scan(rays: int) -> Callable[[int], Measurement]:
+    ranges = np.full(rays, 2.0, np.float32)
+    return lambda n: LaserScan(n * 100_000_000, ranges, -1.0, 2.0 / rays, 0.1, 10.0)
+
+
+def a_cloud(size: int) -> Callable[[int], Measurement]:
+    points = np.ones((size, 3), np.float32)
+    ring, offset = np.zeros(size, np.uint16), np.zeros(size, np.int32)
+    return lambda n: PointCloud(n * 100_000_000, points, ring, offset)
+
+
+def a_pair(rig: SensorRig) -> Callable[[int], Measurement]:
+    assert rig.stereo is not None
+    size = (rig.stereo.height, rig.stereo.width)
+    left, right = (np.random.default_rng(eye).integers(0, 256, size, dtype=np.uint8) for eye in (0, 1))
+    return lambda n: StereoImages(n * 33_333_333, left, right)
+
+
+def node_file(folder: Path, sensor: Sensor) -> Path:
+    source = Path(__file__).parents[1] / "src"
+    file = folder / f"{sensor}.yaml"
+    content = {
+        "name": "echo",
+        "command": f"{sys.executable} {Path(__file__).absolute()} --echo={sensor}",
+        "environment": {"PYTHONPATH": f"{source}:{Path(__file__).parent.absolute()}"},
+        "needs": {"reads": [str(source), sys.prefix]},
+        "sensors": [str(sensor)],
+        "answer": {"topic": "/pose", "type": "geometry_msgs/PoseStamped"},
+        "latency": 0.0,
+    }
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return file
+
+
+def through_bridge(file: Path, rig: SensorRig, make: Callable[[int], Measurement], frames: int):  # type: ignore[no-untyped-def]
+    node, wall = load_node(file), []
+    bridge = Bridge(node, rig)
+    try:
+        lockstep = Lockstep(bridge, node.rules, WAITING_FROM)
+        bridge.shake_hands(lockstep)
+        period = make(1).stamp
+        for n in range(frames):
+            began = time.perf_counter()
+            said = bridge.utterance(make(n))
+            lockstep.frame(said, said.bears, said.stamp + period)
+            wall.append(time.perf_counter() - began)
+        return lockstep.counts, wall
+    finally:
+        bridge.close()
+
+
+def through_host(
+    method: str, file: Path, rig: SensorRig, make: Callable[[int], Measurement], frames: int, folder: Path
+) -> list[float]:
+    wall = []
+    (logs := folder / "logs").mkdir(exist_ok=True)
+    card = load_node(file).card() if method.startswith("ros:") else None
+    with MethodHost(method, {}, rig, logs / "method.log", LatencyModel(LatencyMode.ZERO), described=card) as host:
+        for n in range(frames):
+            measurement = make(n)
+            began = time.perf_counter()
+            host.feed(measurement)
+            host.collect(measurement.stamp)
+            wall.append(time.perf_counter() - began)
+    return wall
+
+
+def shown(wall: list[float]) -> str:
+    low, high = np.percentile(np.array(wall[len(wall) // 20 :]) * 1e3, [50, 99])
+    return f"p50 {low:6.2f} ms, p99 {high:6.2f} ms"
+
+
+def echo(sensor: str) -> None:
+    """The node: a pose at the origin for every stamp that all messages of a frame have come with."""
+    node, topics = Node("/echo", os.environ["ROS_MASTER_URI"]), TOPICS[Sensor(sensor)]
+    types, seen = node.store.types, Counter[bytes]()
+    answer = node.advertise("/pose", "geometry_msgs/PoseStamped")
+    pose = types["geometry_msgs/msg/Pose"](
+        position=types["geometry_msgs/msg/Point"](x=0.0, y=0.0, z=0.0),
+        orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+    )
+
+    def take(_: str, data: bytearray) -> None:
+        stamp = bytes(data[_SEQUENCE : _SEQUENCE + _STAMP.size])
+        seen[stamp] += 1
+        if seen[stamp] == len(topics):
+            del seen[stamp]
+            seconds, rest = _STAMP.unpack(stamp)
+            time_ = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=rest)
+            header = types["std_msgs/msg/Header"](seq=0, stamp=time_, frame_id="map")
+            answer.publish(types["geometry_msgs/msg/PoseStamped"](header=header, pose=pose))
+
+    for topic, kind in topics.items():
+        node.subscribe(topic, kind, take)
+    with suppress(KeyboardInterrupt):
+        signal.pause()
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] and sys.argv[1].startswith("--echo="):
+        echo(sys.argv[1].partition("=")[2])
+    else:
+        main()

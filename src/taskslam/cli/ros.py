@@ -1,0 +1,73 @@
+"""`taskslam ros`: node files, with which anybody's ROS node is driven as a method (`-m ros:NODE.yaml`)."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from taskslam.cli.console import say, standard_output
+
+app = typer.Typer(no_args_is_help=True, help="Node files: anybody's ROS node as a method, `-m ros:NODE.yaml`.")
+
+
+@app.command("list")
+def list_nodes() -> None:
+    """List the node files that ship.
+
+    Example: `taskslam ros list`, then `taskslam ros show hector`
+    """
+    from rich.table import Table
+
+    from taskslam.ros.node_file import NODES, load_node
+
+    table = Table(box=None, header_style="bold", padding=(0, 2, 0, 0))
+    for column in ("node", "ros", "sensors", "summary"):
+        table.add_column(column, no_wrap=column != "summary")
+    for name in NODES.names():
+        node = load_node(name)
+        table.add_row(name, str(node.ros), "\n".join(node.sensors), node.summary)
+    standard_output().print(table)
+
+
+@app.command("show")
+def show(name: Annotated[str, typer.Argument(help="A node file that ships.")]) -> None:
+    """Print a node file that ships, to begin your own from."""
+    from taskslam.ros.node_file import NODES
+
+    say(NODES.text(name)[0].rstrip())
+
+
+@app.command("check")
+def check(
+    node: Annotated[str, typer.Argument(help="A node file, or the name of one that ships.")],
+    robot: Annotated[
+        str, typer.Option(help="Robot preset or YAML file: it says which sensors there are.")
+    ] = "turtlebot2",
+) -> None:
+    """Start a node, connect, give it ten frames, and say in words what is missing.
+
+    Exit status: 0 it answered; 1 it did not, or it failed; 2 the file is wrong, or the node does not start and connect.
+
+    Example:
+        taskslam ros check my_slam.yaml --robot turtlebot2_d435i
+    """
+    from statistics import median
+
+    from rich.text import Text
+
+    from taskslam.benchmark.conformance_eyes import conformance_looks
+    from taskslam.robot import load_robot
+    from taskslam.ros.check import check_node
+
+    found = check_node(node, load_robot(robot).rig, conformance_looks)
+    console = standard_output()
+    for finding in found.findings:
+        console.print(Text.assemble(("note    ", "yellow"), finding), soft_wrap=True)
+    if found.failure:
+        console.print(Text.assemble(("failed  ", "bold red"), found.failure), soft_wrap=True)
+    verdict = ("passed  ", "green") if found.passed else ("failed  ", "bold red")
+    took = f", {median(found.wall_ms):.1f} ms each" if found.wall_ms else ""
+    console.print(Text.assemble(verdict, f"{found.poses} of {found.frames} frames answered{took}"))
+    if not found.passed:
+        raise typer.Exit(1)

@@ -1,0 +1,109 @@
+"""The process of a foreign node: started apart from our own Python, heard, timed, and ended."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+from taskslam.errors import InputError
+from taskslam.printable import one_line
+
+_LAST_LINES = 6
+_LONGEST_LINE = 200
+_POLITE_S = 1.0  # from SIGINT to SIGKILL
+_OURS = ("PYTHONPATH", "PYTHONHOME", "PYTHONHASHSEED", "VIRTUAL_ENV", "NUMBA_CACHE_DIR")
+_CPU_OF_PROCESS = 2  # Linux's clock of a process's processor time: the pid, inverted, above these bits
+
+
+class NodeProcess:
+    """A started node. command: its words; setup: a script that bash sources before; variables: win over all others.
+
+    What it prints goes on to our own output, and its last lines are kept. Raises InputError: it cannot be started.
+    """
+
+    def __init__(self, command: Sequence[str], setup: str | None, variables: Mapping[str, str]) -> None:
+        sourced = ["bash", "-c", '. "$0" && exec env "$@"', setup] if setup else ["env"]
+        told = [f"{name}={value}" for name, value in variables.items()]
+        self._lines: deque[str] = deque(maxlen=_LAST_LINES)
+        environment = _environment() | dict(variables)
+        if not setup and shutil.which(command[0], path=environment["PATH"]) is None:
+            raise InputError(f"the node's command '{command[0]}': there is no such program, or it cannot be executed")
+        if setup and not os.access(setup, os.R_OK):
+            raise InputError(f"the node's setup '{setup}': there is no such file, or it cannot be read")
+        try:
+            self._process = subprocess.Popen(  # noqa: S603
+                [*sourced, *told, *command],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                env=environment,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise InputError(f"the node cannot be started: {error}") from error
+        self._reader = threading.Thread(target=self._read, name="reads the node", daemon=True)
+        self._reader.start()
+
+    @property
+    def pid(self) -> int:
+        """Of the process that was started."""
+        return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    def ending(self) -> str:
+        """How it ended, in words, with its last lines."""
+        code = self._process.poll()
+        self._reader.join(0.5)
+        how = "has closed its output" if code is None else f"exited with code {code}"
+        if code is not None and code < 0:
+            how = f"was killed by {signal.Signals(-code).name}"
+        said = " | ".join(self._lines)
+        return f"the node {how}" + (f' after printing "{said}"' if said else " without a word")
+
+    def end(self) -> None:
+        """Ask it to end, and kill what is left of its session."""
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_POLITE_S)
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for raw in self._process.stdout:
+            sys.stdout.buffer.write(raw)
+            sys.stdout.buffer.flush()
+            if line := one_line(raw.decode(errors="replace").strip(), _LONGEST_LINE):
+                self._lines.append(line)
+
+
+def processor_time(processes: Collection[int]) -> int:
+    """Used by these processes so far, ns; by one that has ended none. By the kernel's clocks."""
+    used = 0
+    for process in processes:
+        with contextlib.suppress(OSError):
+            used += time.clock_gettime_ns(~process << 3 | _CPU_OF_PROCESS)
+    return used
+
+
+def _environment() -> dict[str, str]:
+    """Ours without what belongs to our Python: a node has its own."""
+    own = {str(Path(prefix) / "bin") for prefix in (sys.prefix, sys.exec_prefix) if prefix != sys.base_prefix}
+    path = [entry for entry in os.environ.get("PATH", os.defpath).split(os.pathsep) if entry not in own]
+    kept = {name: value for name, value in os.environ.items() if name not in _OURS}
+    return kept | {"PATH": os.pathsep.join(path)}

@@ -1,0 +1,142 @@
+"""Peers: Debian's own ROS 1 (rospy, rosmaster, roscpp), and nodes that are written for the tests."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from taskslam.robot import SensorRig, load_robot
+from taskslam.ros.ros1.master import Master
+from taskslam.ros.ros1.node import Node
+
+PEERS = Path(__file__).parent / "peers"
+PACKAGES = (Path(__file__).parent / "debian_packages.txt").read_text().split()
+PYTHON = "/usr/bin/python3"  # Debian's, which has rospy
+
+
+def absent(what: str) -> None:
+    """Skip where Debian's ROS is not installed; in CI it must be."""
+    words = f"needs {what}: apt install --no-install-recommends {' '.join(PACKAGES)}"
+    if os.environ.get("CI") == "true":
+        pytest.fail(words)
+    pytest.skip(words)
+
+
+@pytest.fixture(scope="session")
+def rig() -> SensorRig:
+    return load_robot("turtlebot2").rig
+
+
+@pytest.fixture(scope="session")
+def debian_python() -> str:
+    """An interpreter with rospy and rosmaster."""
+    command = [PYTHON, "-c", "import rospy, rosmaster, sensor_msgs.msg, std_srvs.srv"]
+    if not Path(PYTHON).exists() or subprocess.run(command, capture_output=True, check=False).returncode:
+        absent("Debian's rospy and rosmaster")
+    return PYTHON
+
+
+@pytest.fixture(scope="session")
+def rate_node(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`peers/rate_node.cpp`, compiled against Debian's roscpp."""
+    packages = ["roscpp", "sensor_msgs", "geometry_msgs", "tf2_msgs", "std_srvs"]
+    if shutil.which("g++") is None or shutil.which("pkg-config") is None:
+        absent("g++ and pkg-config")
+    found = subprocess.run(["pkg-config", "--cflags", "--libs", *packages], capture_output=True, text=True, check=False)
+    if found.returncode:
+        absent("Debian's roscpp")
+    binary = tmp_path_factory.mktemp("rate_node") / "rate_node"
+    source = str(PEERS / "rate_node.cpp")
+    command = ["g++", "-O0", "-w", "-o", str(binary), source, *shlex.split(found.stdout), "-pthread"]
+    subprocess.run(command, check=True, timeout=300)
+    return binary
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    """Ours."""
+    ours = Master()
+    yield ours
+    ours.close()
+
+
+@pytest.fixture
+def make_node() -> Iterator[Callable[[str, str], Node]]:
+    """Nodes of ours under any master, closed in the end."""
+    made: list[Node] = []
+
+    def make(name: str, uri: str, patience_s: float = 10.0) -> Node:
+        made.append(Node(name, uri, patience_s))
+        return made[-1]
+
+    yield make
+    for node in made:
+        node.close()
+
+
+@pytest.fixture
+def run_peer(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Programs of Debian's Python under a master, killed in the end."""
+    started: list[subprocess.Popen[str]] = []
+
+    def run(uri: str, *words: str) -> subprocess.Popen[str]:
+        environment = {
+            "PATH": os.defpath, "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "HOME": str(tmp_path),
+            "ROS_LOG_DIR": str(tmp_path / "log"), "PYTHONUNBUFFERED": "1",
+        }  # fmt: skip
+        started.append(subprocess.Popen([PYTHON, *words], env=environment, stdout=subprocess.PIPE, text=True))
+        return started[-1]
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def write_node(tmp_path: Path) -> Callable[..., Path]:
+    """Writes node files: that of the rate node, with other values where they are given."""
+
+    def write(binary: Path | str, **changes: Any) -> Path:
+        folder = tmp_path / "node"
+        folder.mkdir(exist_ok=True)
+        content = {
+            "name": "rate_node",
+            "command": str(binary),
+            "sensors": ["laser_scan", "wheel_odometry"],
+            "frames": {"base_footprint": "base_link"},
+            "answer": {"topic": "/pose", "type": "geometry_msgs/PoseWithCovarianceStamped", "world": "map"},
+            "start": 20.0,
+            "latency": 0.0,
+            "repeats": True,
+            **changes,
+        }
+        file = folder / f"node{len(list(folder.iterdir()))}.yaml"
+        file.write_text(yaml.safe_dump({key: value for key, value in content.items() if value is not None}))
+        return file
+
+    return write
+
+
+def _eventually(holds: Callable[[], Any], within_s: float = 15.0) -> Any:
+    """What `holds` returns as soon as that is true."""
+    deadline = time.monotonic() + within_s
+    while not (found := holds()):
+        assert time.monotonic() < deadline, "it never came to hold"
+        time.sleep(0.01)
+    return found
+
+
+@pytest.fixture(scope="session")
+def eventually() -> Callable[..., Any]:
+    """`eventually(holds)` waits until that is true."""
+    return _eventually
