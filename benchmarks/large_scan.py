@@ -59,7 +59,7 @@ def load(world: Path) -> str:
     end = time.process_time()
     return (
         f"{len(loaded.visual):,} + {len(loaded.collision):,} triangles, {middle - begin:.1f} s to load, "
-        f"{end - middle:.1f} s to slice ({plan.cells.shape[1]} x {plan.cells.shape[0]} cells), peak {peak_mib():.0f} MiB"
+        f"{end - middle:.1f} s to slice ({plan.cells.size:,} cells), peak {peak_mib():.0f} MiB"
     )
 
 
