@@ -8,6 +8,7 @@ missing. Nothing of these worlds becomes part of this project.
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from dataclasses import dataclass
@@ -38,7 +39,11 @@ class Row:
 
 def worlds_in(folder: Path) -> list[Path]:
     found = [path for kind in ("*.world", "*.sdf") for path in folder.rglob(kind)]
-    return sorted(path for path in found if not NOT_WORLDS & set(path.relative_to(folder).parts[:-1]))
+    return sorted(
+        path
+        for path in found
+        if not NOT_WORLDS & set(path.relative_to(folder).parts[:-1]) and not path.name.startswith("model")
+    )
 
 
 def row(path: Path, folder: Path) -> Row:
@@ -48,7 +53,8 @@ def row(path: Path, folder: Path) -> Row:
     try:
         world = load_world(path, [*models, folder.parent], use_cache=False)
     except TaskSlamError as error:
-        return Row(name, None, time.process_time() - begin, (str(error).replace(f"{folder}/", ""),))
+        why = str(error).replace(f"{folder}/", "").partition("; there is nothing to load. ")
+        return Row(name, None, time.process_time() - begin, (why[2] or why[0],))
     said = tuple(words.replace(f"{folder}/", "") for words in world.warnings)
     return Row(name, (len(world.visual), len(world.collision)), time.process_time() - begin, said)
 
@@ -62,6 +68,7 @@ def table(source: str, rows: list[Row]) -> str:
     for each in rows:
         triangles = "refused" if each.triangles is None else "{:,}, {:,}".format(*each.triangles)
         words = " ".join(each.said) if each.triangles is None else next(iter(each.said), "")
+        words = re.sub(r"/(?:home|opt)/\S*/", "…/", words)  # somebody else's machine
         words = words if len(words) <= 140 else f"{words[:139].rsplit(' ', 1)[0]} …"
         lines.append(f"| `{each.world}` | {triangles} | {words.replace('|', ' ')} |")
     return "\n".join([*lines, ""])
