@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types rooms unit peers fuzz torture benchmarks clean
+.PHONY: demo test lint types rooms unit peers fuzz torture benchmarks packages clean
 
 demo: $(VENV)/.installed
 	$(BIN)/taskslam demo --out demo
@@ -36,6 +36,10 @@ torture: $(VENV)/.installed-dev
 fuzz: $(VENV)/.installed-dev
 	PYTHONPATH=tests $(BIN)/python -m fuzz $(FUZZ)
 
+# sdist and wheel, and the wheel at work in a fresh environment of every Python at hand; docs/releasing.md.
+packages: $(VENV)/.installed-dev
+	$(BIN)/python tools/packages.py $(PYTHONS)
+
 benchmarks: $(VENV)/.installed-dev
 	for script in benchmarks/*.py; do $(BIN)/python $$script || exit 1; done
 
@@ -56,4 +60,4 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 clean:
-	rm -rf $(VENV) demo build
+	rm -rf $(VENV) demo build dist

@@ -51,7 +51,12 @@ def test_recorded_trajectories_are_three_lines(tmp_path):
     (orb,) = results.results
     assert [run.ate_m.rmse for run in orb.runs] == pytest.approx([0.01 / 2**0.5] * 2)
     assert orb.common.precision_m == pytest.approx(0.005)
-    exact = taskslam.trajectories(tmp_path / "groundtruth.tum", runs, settings=taskslam.Settings(align_first=5))
+    out = tmp_path / "out"
+    exact = taskslam.trajectories(tmp_path / "groundtruth.tum", runs, out=out, n_to_align=5, rpe=["2m"])
     assert exact.results[0].alignment == "se3"
-    with pytest.raises(InputError, match="align 'up': expected one of se3, sim3, yaw, origin, none"):
+    assert (out / "report.html").read_text().startswith("<!doctype html>")
+    assert taskslam.trajectories(out / "study.yaml").results[0].rpe == exact.results[0].rpe
+    with pytest.raises(InputError, match="align: expected one of se3, sim3, yaw, origin, none"):
         taskslam.trajectories(tmp_path / "groundtruth.tum", runs, align="up")
+    with pytest.raises(InputError, match=r"unknown key 'rep'.*Did you mean 'rpe'"):
+        taskslam.trajectories(tmp_path / "groundtruth.tum", runs, rep="1m")

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from taskslam.version import __version__
 
 if TYPE_CHECKING:
-    from taskslam.api import Results, RunSpec, Settings, Table, compare, evaluate, load, run, tour, trajectories
+    from taskslam.api import Results, RunSpec, Table, compare, evaluate, load, run, tour, trajectories
 
 __all__ = [
-    "Results", "RunSpec", "Settings", "Table", "__version__", "compare", "evaluate", "load", "run", "tour",
+    "Results", "RunSpec", "Table", "__version__", "compare", "evaluate", "load", "run", "tour",
     "trajectories",
 ]  # fmt: skip
 

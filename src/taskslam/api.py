@@ -28,17 +28,18 @@ from taskslam.evaluation.gate import DEFAULT_RULES, GateReport, judge, parse_rul
 from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics
 from taskslam.evaluation.metrics_file import write_metrics as _write_metrics
 from taskslam.evaluation.quantities import quantities
-from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.scenario import load_scenario
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.studies.study import load_study
-from taskslam.studies.study_evaluation import Settings, evaluate_study
+from taskslam.studies.study_evaluation import evaluate_study
 from taskslam.studies.study_results import OpenLoopResults
+from taskslam.studies.study_settings import Settings
 from taskslam.table import Table
+from taskslam.user_files import check
 
-__all__ = ["Results", "RunSpec", "Settings", "Table", "compare", "evaluate", "load", "run", "tour", "trajectories"]
+__all__ = ["Results", "RunSpec", "Table", "compare", "evaluate", "load", "run", "tour", "trajectories"]
 
 Folder = str | Path
 
@@ -116,23 +117,22 @@ def compare(base: Folder, new: Folder, fail_on: str = DEFAULT_RULES) -> GateRepo
 
 
 def trajectories(
-    groundtruth: Folder,
-    runs: Sequence[Folder] = (),
-    align: str = Alignment.SE3,
-    times: Folder | None = None,
-    settings: Settings | None = None,
-) -> OpenLoopResults:
+    groundtruth: Folder, runs: Sequence[Folder] = (), out: Folder | None = None, times: Folder | None = None,
+    **options: Any,
+) -> OpenLoopResults:  # fmt: skip
     """Recorded runs against the ground truth and against one another: what `taskslam evaluate-trajectories` computes.
 
-    groundtruth, runs: files, or a folder or study file alone; align: `se3`, `sim3`, `yaw`, `origin`, `none`; times: for
-    KITTI files; settings: all else (`Settings`), which then says the alignment. Raises TrajectoryError.
+    groundtruth, runs: files, or a folder or study file alone; out: a folder for all that the command line writes, or
+    None for nothing; times: for KITTI files; options: as those of the command line, `align="yaw", rpe=["1m", "5s"]`.
+    Raises TrajectoryError, InputError.
     """
-    if settings is None:
-        if align not in list(Alignment):
-            raise InputError(f"align '{align}': expected one of {', '.join(Alignment)}")
-        settings = Settings(Alignment(align))
     study = load_study(str(groundtruth), [str(run) for run in runs], None if times is None else str(times))
-    return evaluate_study(study, settings)
+    settings = check(Settings, {**study.settings.written(), **options}, "trajectories", InputError)
+    if out is None:
+        return evaluate_study(study, settings)
+    from taskslam.report.trajectories import evaluate_into  # loads matplotlib
+
+    return evaluate_into(Path(out), study, settings)[0]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from taskslam.cli.evaluate_trajectories import evaluate_trajectories
-from taskslam.errors import InputError, TrajectoryError
+from taskslam.errors import FloorPlanError, InputError, TrajectoryError
 from taskslam.record.trajectories import SpatialTrajectory, read_spatial_trajectory, write_trajectory
 
 
@@ -40,7 +40,7 @@ def test_a_folder_is_one_command_with_numbers_tables_and_the_figure(sequence, tm
     content = json.loads((tmp_path / "out" / "open_loop.json").read_text())
     assert [entry["method"] for entry in content["results"]] == ["alone", "vins"]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        "open_loop.json", "sequences.csv", "runs.csv",
+        "open_loop.json", "sequences.csv", "runs.csv", "table.tex", "study.yaml", "report.html",
         "precision_accuracy.pdf", "precision_accuracy.svg", "precision_accuracy.png",
     }  # fmt: skip
     vins = content["results"][1]
@@ -72,11 +72,12 @@ def test_what_was_left_out_is_said(sequence, tmp_path):
         (("--align", "yaww"), "Did you mean 'yaw'"),
         (("--rpe", "1 furlong"), "expected a number and a unit"),
         (("--rpe", "m"), "expected a number and a unit"),
-        (("--plane", "xw"), "--plane xw: expected one of xy, xz, yz"),
-        (("--body-sensor", "1,2,3"), "--body-sensor 1,2,3: expected x,y,z,roll,pitch,yaw"),
-        (("--time-unit", "min"), "--time-unit min: expected one of s, ms, us, ns"),
-        (("--time-offset", "soon"), "--time-offset soon: expected seconds, or auto"),
-        (("--frame-tolerance", "-1"), "--frame-tolerance -1: expected seconds"),
+        (("--plane", "xw"), "options: plane: expected one of xy, xz, yz. Did you mean 'xz'? (got 'xw')"),
+        (("--body-sensor", "1,2,3"), "body_sensor: expected x,y,z,roll,pitch,yaw in metres and radians (got '1,2,3')"),
+        (("--time-unit", "min"), "time_unit: expected one of s, ms, us, ns"),
+        (("--time-offset", "soon"), "time_offset: expected seconds, or auto (got 'soon')"),
+        (("--frame-tolerance", "-1"), "frame_tolerance: expected seconds, from 0 to 3600"),
+        (("--t-start", "nan"), "t_start: should be a finite number"),
         (("--one-method", "--apart"), "--one-method and --apart contradict each other"),
         (("--max-difference", "-1"), "expected seconds"),
         (("--max-difference", "nan"), "expected seconds"),
@@ -136,3 +137,37 @@ def test_strict_is_an_exit_status_for_build_servers(sequence, tmp_path):
     result = invoke(sequence, "--strict", "--out", tmp_path / "out")
     assert result.exit_code == 1
     assert "Something was left out or guessed (--strict)." in result.output
+
+
+def test_the_study_file_repeats_the_evaluation(sequence, tmp_path):
+    out, again = tmp_path / "out", tmp_path / "elsewhere" / "again"
+    options = ("--align", "yaw", "--rpe", "1m", "--rpe", "2s", "--downsample", "200", "--body-sensor", "0,0,0.1,0,0,0")
+    assert invoke(sequence, *options, "--out", out).exit_code == 0
+    assert invoke(out / "study.yaml", "--out", again).exit_code == 0
+    first, second = (json.loads((folder / "open_loop.json").read_text()) for folder in (out, again))
+    for content in (first, second):
+        for run in (run for result in content["results"] for run in result["runs"]):
+            assert (out / run["file"]).exists() or (tmp_path / run["file"]).exists()
+            run["file"] = run["file"].rpartition("/")[2]
+    assert first == second
+    assert [each["delta"] for each in first["results"][0]["runs"][0]["rpe"]] == ["1 m", "2 s"]
+    assert invoke(again / "study.yaml", "--align", "none", "--out", tmp_path / "none").exit_code == 0  # is overruled
+    assert json.loads((tmp_path / "none" / "open_loop.json").read_text())["results"][0]["alignment"] == "none"
+
+
+def test_a_wrong_setting_in_a_study_file_is_guessed(sequence, tmp_path):
+    assert invoke(sequence, "--rpe", "1m", "--out", tmp_path).exit_code == 0
+    for wrong, guess in (("rpee: [1m]", "Did you mean 'rpe'?"), ("align: ya", "Did you mean 'yaw'?"),
+                         ("rpe: [1 furlong]", "expected a number and a unit")):  # fmt: skip
+        text = (tmp_path / "study.yaml").read_text().partition("settings:")[0]
+        (tmp_path / "wrong.yaml").write_text(f"{text}settings:\n  {wrong}\n")
+        result = invoke(tmp_path / "wrong.yaml", "--out", tmp_path / "out")
+        assert isinstance(result.exception, TrajectoryError)
+        assert guess in str(result.exception)
+        assert "settings" in str(result.exception)
+
+
+def test_a_map_that_is_none_is_one_sentence(sequence, tmp_path):
+    result = invoke(sequence, "--map", tmp_path / "plan.yaml", "--out", tmp_path / "out")
+    assert isinstance(result.exception, FloorPlanError)
+    assert "plan.yaml" in str(result.exception)

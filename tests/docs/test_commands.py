@@ -18,8 +18,11 @@ from taskslam.cli.options import parse_options
 from taskslam.slam.karto.settings import KartoSettings
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-_LINE = re.compile(r"^(?:    |\$ )?(taskslam [^\n|&>;`]+)", re.MULTILINE)
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "examples/ci/taskslam.yml", "examples/ci/Dockerfile")),
+    *sorted((ROOT / "docs").glob("*.md")),
+]
+_LINE = re.compile(r"^(?:    |\$ | +run: | {10})?(taskslam [^\n|&>;`]+)", re.MULTILINE)
 _SPAN = re.compile(r"`(taskslam [^`\n|&>;]+)`")
 QUICK = (
     "taskslam tags make ", "taskslam methods show ", "taskslam worlds list", "taskslam methods list",

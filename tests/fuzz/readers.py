@@ -44,7 +44,8 @@ from taskslam.slam.karto.mapper import Mapper
 from taskslam.slam.karto.settings import KartoSettings
 from taskslam.slam.orb.vocabulary import check_text
 from taskslam.studies.study import load_study
-from taskslam.studies.study_evaluation import Settings, evaluate_study
+from taskslam.studies.study_evaluation import evaluate_study
+from taskslam.studies.study_settings import Settings
 from taskslam.world.cache import load_cached
 from taskslam.world.gazebo.left_out import LeftOut
 from taskslam.world.gazebo.meshes import MeshLibrary

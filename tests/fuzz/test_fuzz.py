@@ -63,7 +63,7 @@ RAW_EXCUSED = {
     "taskslam.lab.folder": "opens to write",
     "taskslam.realworld.cameras.frame_folder": "opens to write",
     "taskslam.realworld.tags.detector_child": "the settings that our own process gives",
-    "taskslam.report.page.page": "templates of this package",
+    "taskslam.report.page.shell": "templates of this package",
     "taskslam.report.page.calibration_page": "templates of this package",
     "taskslam.slam.map_archive": "opens to write",
     "taskslam.slam.orb.vocabulary": "the vocabulary that ships with this package",

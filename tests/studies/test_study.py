@@ -7,7 +7,8 @@ from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.studies.run_names import Grouping, method_names
 from taskslam.studies.study import load_study
-from taskslam.studies.study_evaluation import Settings, evaluate_study
+from taskslam.studies.study_evaluation import evaluate_study
+from taskslam.studies.study_settings import Settings
 
 
 def touch(folder, *names):

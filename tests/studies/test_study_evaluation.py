@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
-from taskslam.evaluation.trajectory_pairs import DeltaUnit
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
 from taskslam.studies.run_comparability import diverged
 from taskslam.studies.study import load_study
-from taskslam.studies.study_evaluation import Settings, evaluate_study
+from taskslam.studies.study_evaluation import evaluate_study
 from taskslam.studies.study_results import write_results
+from taskslam.studies.study_settings import Settings
 
 RNG = np.random.default_rng(11)
 COUNT = 400
@@ -115,7 +115,7 @@ def test_completeness_is_of_the_frames_that_the_study_names_or_else_of_those_see
 
 def test_one_run_has_accuracy_and_no_precision(folder):
     add(folder, "single", estimate(0.05))
-    results = evaluate_study(load_study(str(folder)), Settings(rpe=((1.0, DeltaUnit.METRES), (5.0, DeltaUnit.SECONDS))))
+    results = evaluate_study(load_study(str(folder)), Settings(rpe=("1m", "5s")))
     result = only(results)
     assert result.common.precision_m is None
     assert result.common.accuracy_m > 0
@@ -145,7 +145,7 @@ def test_what_cannot_be_evaluated_is_named_and_the_rest_is_evaluated(folder):
 
 def test_an_rpe_that_no_pair_allows_is_a_note(folder):
     add(folder, "plain", estimate(0.05))
-    run = only(evaluate_study(load_study(str(folder)), Settings(rpe=((1e6, DeltaUnit.METRES),)))).runs[0]
+    run = only(evaluate_study(load_study(str(folder)), Settings(rpe=("1e6m",)))).runs[0]
     assert run.rpe == ()
     assert "none of the 400 poses" in run.notes[0]
 
@@ -171,7 +171,7 @@ def test_nothing_at_all_is_an_error(folder):
 def test_the_files_hold_the_results(folder):
     add(folder, "many", *(estimate(0.05, seed=seed) for seed in range(3)))
     add(folder, "single", estimate(0.05, seed=9))
-    results = evaluate_study(load_study(str(folder)), Settings(upstream_compat=True, rpe=((1.0, DeltaUnit.SECONDS),)))
+    results = evaluate_study(load_study(str(folder)), Settings(upstream_compat=True, rpe=("1s",)))
     paths = {path.name: path for path in write_results(folder, results)}
     content = json.loads(paths["open_loop.json"].read_text())
     assert content["format"] == "taskslam-open-loop/2"
@@ -218,7 +218,7 @@ def test_live_runs_that_share_no_stamps_are_compared_at_common_times(folder):
     assert live.common.frames == pytest.approx(COUNT, abs=3)
     assert live.common.precision_m == pytest.approx(plain.common.precision_m, rel=0.25)  # between poses noise averages
     assert live.common.precision_m < plain.common.precision_m
-    wide = evaluate_study(load_study(str(folder)), Settings(frame_tolerance_ns=12_500_000))
+    wide = evaluate_study(load_study(str(folder)), Settings(frame_tolerance=0.0125))
     live = next(result for result in wide.results if result.method == "live")
     assert not live.interpolated
     assert live.common.frames == COUNT - 1
@@ -298,12 +298,12 @@ def test_a_clock_that_is_off_is_warned_of_and_can_be_set_right(tmp_path):
     assert as_it_stands.ate_m.rmse > 0.2
     (note,) = as_it_stands.notes
     assert note.startswith("its clock may be off: with --time-offset -0.300 its ATE would be 1.7")
-    for offset in (-0.3, None):
-        (run,) = only(evaluate_study(study, Settings(time_offset_s=offset))).runs
+    for offset in (-0.3, "auto"):
+        (run,) = only(evaluate_study(study, Settings(time_offset=offset))).runs
         assert run.ate_m.rmse == pytest.approx(0.01 * math.sqrt(3), rel=0.1)
         assert run.time_offset_s == pytest.approx(-0.3, abs=2e-3)
         assert run.associated == COUNT
-        assert [("added to its stamps" in note) for note in run.notes] == ([True] if offset is None else [])
+        assert [("added to its stamps" in note) for note in run.notes] == ([True] if offset == "auto" else [])
 
 
 def test_a_clock_that_counts_from_the_start_needs_auto(tmp_path):
@@ -313,7 +313,7 @@ def test_a_clock_that_counts_from_the_start_needs_auto(tmp_path):
     study = load_study(str(tmp_path / "groundtruth.tum"), [str(tmp_path / "run.tum")])
     with pytest.raises(TrajectoryError, match="do not overlap in time"):
         evaluate_study(study, Settings())
-    (found,) = only(evaluate_study(study, Settings(time_offset_s=None))).runs
+    (found,) = only(evaluate_study(study, Settings(time_offset="auto"))).runs
     assert found.ate_m.rmse == pytest.approx(0.01 * math.sqrt(3), rel=0.1)
 
 
@@ -338,3 +338,15 @@ def test_what_is_left_out_of_the_ground_truth_is_said(folder):
     path.write_text(path.read_text().replace("\n", "\nno pose at all\n", 3))
     results = evaluate_study(load_study(str(folder)), Settings())
     assert list(results.groundtruth_notes.values()) == [("3 lines are no poses and left out (first: line 2)",)]
+
+
+def test_a_typical_run_has_an_interval_of_student_over_logarithms(folder):
+    add(folder, "plain", *(estimate(noise, seed=seed) for seed, noise in enumerate((0.01, 0.02, 0.03))))
+    add(folder, "two", *(estimate(noise, seed=seed) for seed, noise in enumerate((0.01, 0.02))))
+    plain, two = evaluate_study(load_study(str(folder)), Settings(rpe=("1m", "1000m"))).results
+    logs = np.log([run.ate_m.rmse for run in plain.runs])
+    half = 4.302653 * logs.std(ddof=1) / math.sqrt(3)  # Student's t for 95 % and two degrees of freedom
+    expected = np.exp(logs.mean() + np.array([0, -half, half]))
+    assert [plain.ate_m.value, plain.ate_m.low, plain.ate_m.high] == pytest.approx(expected)
+    assert (two.ate_m.low, two.ate_m.high) == (None, None)
+    assert [(each.delta, each.runs) for each in plain.rpe] == [("1 m", 3)]  # nobody went 1000 m

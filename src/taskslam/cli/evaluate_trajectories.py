@@ -15,16 +15,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from taskslam.evaluation.trajectory_alignment import Alignment
-    from taskslam.evaluation.trajectory_pairs import DeltaUnit
-    from taskslam.evaluation.trajectory_preparation import Plane
-    from taskslam.geometry import FloatArray
-    from taskslam.record.number_table import StampUnit
     from taskslam.studies.run_names import Grouping
-    from taskslam.studies.study_comparison import AlignedRun
-    from taskslam.studies.study_results import FrameSet, MethodSummary, OpenLoopResults
-
-_LARGEST_OFFSET_S = 4e9  # from 1970 to today, for stamps that count from a start
+    from taskslam.studies.study_results import FrameSet, OpenLoopResults
 
 
 def evaluate_trajectories(
@@ -36,23 +28,25 @@ def evaluate_trajectories(
         list[str] | None, typer.Argument(help="TUM, EuRoC csv or KITTI files, bags with a topic (FILE:TOPIC), folders.")
     ] = None,
     align: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="What the method cannot observe: se3 (vision), sim3 (one camera), yaw (IMU), none; or origin."
+            help="What the method cannot observe: se3 (vision, default), sim3 (one camera), yaw (IMU), none; or origin."
         ),
-    ] = "se3",
+    ] = None,
     times: Annotated[Path | None, typer.Option(help="Seconds of each pose, one a line: for KITTI files.")] = None,
     topic: Annotated[str | None, typer.Option(help="Topic of the runs that are bags and name none.")] = None,
-    max_difference: Annotated[float, typer.Option(help="Seconds that associated stamps may differ.")] = 0.01,
+    max_difference: Annotated[
+        float | None, typer.Option(help="Seconds that associated stamps may differ (0.01).")
+    ] = None,
     frame_tolerance: Annotated[
-        float, typer.Option(help="Seconds within which stamps of two runs mean the same frame.")
-    ] = 0.001,
+        float | None, typer.Option(help="Seconds within which stamps of two runs mean the same frame (0.001).")
+    ] = None,
     time_unit: Annotated[
         str | None, typer.Option(help="Of stamps in text files: s, ms, us or ns; else told from them.")
     ] = None,
     time_offset: Annotated[
-        str, typer.Option(help="Seconds to add to the stamps of runs, or auto: what gives the smallest ATE.")
-    ] = "0",
+        str | None, typer.Option(help="Seconds to add to the stamps of runs, or auto: what gives the smallest ATE.")
+    ] = None,
     one_method: Annotated[
         bool, typer.Option("--one-method", help="All runs are of one method, whatever names.")
     ] = False,
@@ -72,6 +66,10 @@ def evaluate_trajectories(
         str | None,
         typer.Option(metavar="X,Y,Z,R,P,Y", help="Of the runs' sensor on the ground truth's body (m, rad)."),
     ] = None,
+    floor_map: Annotated[
+        Path | None,
+        typer.Option("--map", help="A floor plan (map_server's YAML) in the frame of the ground truth, drawn below."),
+    ] = None,
     poses: Annotated[
         bool, typer.Option("--poses", help="Also write aligned trajectories and the errors of each pose.")
     ] = False,
@@ -81,13 +79,14 @@ def evaluate_trajectories(
     upstream_compat: Annotated[
         bool, typer.Option("--upstream-compat", help="Also precision as the published code computes it.")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Folder for the numbers and the figure.")] = Path("open_loop"),
+    out: Annotated[Path, typer.Option(help="Folder for the page, the numbers and the figure.")] = Path("open_loop"),
 ) -> None:
     """Evaluate recorded trajectories: how accurate is each run, and how closely do the runs of a method agree?
 
-    Writes open_loop.json, sequences.csv, runs.csv and the figure precision_accuracy (PDF, SVG, PNG) to OUT. A run that
-    cannot be read is named and left out. A folder holds a folder for each sequence, with groundtruth.* in it and runs
-    named METHOD_run0.tum, METHOD_run1.tum and so on; what a folder cannot say, a YAML file does (docs/trajectories.md).
+    Writes the page report.html, open_loop.json, sequences.csv, runs.csv, table.tex, the figure precision_accuracy (PDF,
+    SVG, PNG) and study.yaml, which repeats the evaluation, to OUT. A run that cannot be read is named and left out. A
+    folder holds a folder for each sequence, with groundtruth.* in it and runs named METHOD_run0.tum, METHOD_run1.tum
+    and so on; what a folder cannot say, a YAML file does (docs/trajectories.md).
 
     Examples:
         taskslam evaluate-trajectories groundtruth.tum orb_run0.tum orb_run1.tum orb_run2.tum
@@ -98,30 +97,24 @@ def evaluate_trajectories(
 
         taskslam evaluate-trajectories poses/00.txt results/00.txt --times sequences/00/times.txt
     """
-    from taskslam.evaluation.trajectory_preparation import Preparation
-    from taskslam.files import writing
-    from taskslam.report.figures.open_loop import open_loop_figure
-    from taskslam.report.figures.style import FORMATS, save_figure
+    from taskslam.errors import InputError
+    from taskslam.report.trajectories import evaluate_into
     from taskslam.studies.study import load_study
-    from taskslam.studies.study_evaluation import Settings, evaluate_study
-    from taskslam.studies.study_results import write_results
-    from taskslam.studies.written_poses import write_poses
+    from taskslam.studies.study_settings import Settings
+    from taskslam.user_files import check
 
-    settings = Settings(
-        _alignment(align),
-        _nanoseconds("--max-difference", max_difference),
-        _nanoseconds("--frame-tolerance", frame_tolerance),
-        tuple(_delta(each) for each in rpe or ()),
-        upstream_compat,
-        _unit(time_unit),
-        _offset(time_offset),
-        n_to_align,
-        Preparation(t_start, t_end, downsample, _lever_arm(body_sensor), _plane(plane)),
-    )
+    said = {
+        "align": align, "max_difference": max_difference, "frame_tolerance": frame_tolerance, "time_unit": time_unit,
+        "time_offset": time_offset, "rpe": rpe or None, "n_to_align": n_to_align, "t_start": t_start, "t_end": t_end,
+        "downsample": downsample, "plane": plane, "body_sensor": body_sensor,
+        "upstream_compat": upstream_compat or None,
+    }  # fmt: skip
+    said = {name: value for name, value in said.items() if value is not None}
+    check(Settings, said, "options", InputError)
     grouping = _grouping(one_method, apart)
     study = load_study(groundtruth, _with_topic(runs or [], topic), None if times is None else str(times), grouping)
-    kept: list[tuple[str, str, AlignedRun]] = []
-    results = evaluate_study(study, settings, lambda *run: kept.append(run) if poses else None)
+    settings = check(Settings, {**study.settings.written(), **said}, "options", InputError)
+    results, paths = evaluate_into(out, study if floor_map is None else study.on_map(str(floor_map)), settings, poses)
     console = standard_output()
     for name, sequence in study.sequences.items():
         counted = "; ".join(
@@ -133,49 +126,10 @@ def evaluate_trajectories(
     _print_sequences(console, results)
     for left in results.left_out:
         say(f"Left out: {left.reason}", err=True)
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
-    paths = write_results(out, results) + [path for run in kept for path in write_poses(out, *run)]
-    if any(result.compared_frames.precision_m is not None for result in results.results):
-        paths += save_figure(open_loop_figure(results, "page"), out, "precision_accuracy", FORMATS)
     say(f"Written: {', '.join(str(path) for path in paths)}")
     if strict and not results.is_clean():
         say("Something was left out or guessed (--strict).", err=True)
         raise typer.Exit(1)
-
-
-def _alignment(name: str) -> Alignment:
-    from taskslam.errors import InputError, did_you_mean
-    from taskslam.evaluation.trajectory_alignment import Alignment
-
-    if name not in list(Alignment):
-        raise InputError(
-            f"--align {name}: expected one of {', '.join(Alignment)}.{did_you_mean(name, list(Alignment))}"
-        )
-    return Alignment(name)
-
-
-def _unit(name: str | None) -> StampUnit | None:
-    from taskslam.errors import InputError
-
-    units: dict[str, StampUnit] = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
-    if name is not None and name not in units:
-        raise InputError(f"--time-unit {name}: expected one of {', '.join(units)}")
-    return None if name is None else units[name]
-
-
-def _offset(text: str) -> float | None:
-    from taskslam.errors import InputError
-
-    if text == "auto":
-        return None
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not abs(seconds) < _LARGEST_OFFSET_S:
-        raise InputError(f"--time-offset {text}: expected seconds, or auto")
-    return seconds
 
 
 def _grouping(one_method: bool, apart: bool) -> Grouping:
@@ -185,51 +139,6 @@ def _grouping(one_method: bool, apart: bool) -> Grouping:
     if one_method and apart:
         raise InputError("--one-method and --apart contradict each other; expected one of them")
     return Grouping.ONE_METHOD if one_method else Grouping.APART if apart else Grouping.BY_NAME
-
-
-def _nanoseconds(option: str, seconds: float) -> int:
-    from taskslam.errors import InputError
-    from taskslam.measurements import NANOSECONDS
-
-    if not 0 <= seconds <= 3600:
-        raise InputError(f"{option} {seconds:g}: expected seconds, from 0 to 3600")
-    return round(seconds * NANOSECONDS)
-
-
-def _plane(name: str | None) -> Plane | None:
-    from taskslam.errors import InputError
-    from taskslam.evaluation.trajectory_preparation import Plane
-
-    if name is not None and name not in list(Plane):
-        raise InputError(f"--plane {name}: expected one of {', '.join(Plane)}")
-    return None if name is None else Plane(name)
-
-
-def _lever_arm(text: str | None) -> FloatArray | None:
-    from taskslam.errors import InputError
-    from taskslam.geometry import pose_from_xyz_rpy
-
-    if text is None:
-        return None
-    try:
-        numbers = [float(word) for word in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
-        raise InputError(f"--body-sensor {text}: expected x,y,z,roll,pitch,yaw in metres and radians")
-    return pose_from_xyz_rpy(numbers[:3], numbers[3:])
-
-
-def _delta(text: str) -> tuple[float, DeltaUnit]:
-    from taskslam.errors import InputError
-    from taskslam.evaluation.trajectory_pairs import DeltaUnit
-
-    number = text.rstrip("abcdefghijklmnopqrstuvwxyz ")
-    unit = text[len(number) :].strip()
-    try:
-        return float(number), DeltaUnit(unit)
-    except ValueError:
-        raise InputError(f"--rpe {text}: expected a number and a unit, such as 1m, 5s, 30deg or 20frames") from None
 
 
 def _with_topic(runs: list[str], topic: str | None) -> list[str]:
@@ -293,6 +202,8 @@ def _print_relative(console: Console, results: OpenLoopResults) -> None:
 
 
 def _print_sequences(console: Console, results: OpenLoopResults) -> None:
+    from taskslam.report.open_loop_words import cautions, verdict_sentence
+
     table = _table(
         "Runs of a method against one another", ["frames", "%", "E cm", "E∞ cm", "e cm", "E/D", "Δ °", "δ °", "Δ/FoV"]
     )
@@ -310,7 +221,7 @@ def _print_sequences(console: Console, results: OpenLoopResults) -> None:
         "%: share of the frames that any run has."
     )
     for result in results.results:
-        for sentence in _cautions(result):
+        for sentence in cautions(result):
             console.print(sentence)
     if any(result.compared_frames is not result.common for result in results.results):
         console.print("* Hardly a frame is in all runs: these are the frames of at least two runs.")
@@ -323,40 +234,6 @@ def _print_sequences(console: Console, results: OpenLoopResults) -> None:
         console.print(table)
         console.print("Frames of all runs; lever arm: aligned; own frames: runs without map as they stand besides.")
     console.print(verdict_sentence(results))
-
-
-def _cautions(result: MethodSummary) -> list[str]:
-    """What must be known of these runs before their numbers are believed."""
-    who = f"{result.sequence}, {result.method}"
-    said = []
-    if result.interpolated:
-        said.append(
-            f"{who}: the runs share no stamps; they are compared at the {result.common.frames} times of the run with"
-            " fewest poses, interpolated (--frame-tolerance would pair stamps that differ)."
-        )
-    if result.diverged and result.without_diverged is not None:
-        with_all, without = (_cm(frames.precision_m) for frames in (result.compared_frames, result.without_diverged))
-        said.append(
-            f"{who}: {len(result.diverged)} of {len(result.runs)} runs diverged ({', '.join(result.diverged)}):"
-            f" E is {with_all} cm with and {without} cm without."
-        )
-    return said
-
-
-def verdict_sentence(results: OpenLoopResults) -> str:
-    """Whether precision beats accuracy here, in words."""
-    verdict = results.verdict
-    if not verdict.compared:
-        return "Precision needs at least two runs of a method that share frames: there are none here."
-    parts = []
-    for what, names, beaten in (("position", "e is {} times E", verdict.position),
-                                ("orientation", "δ {} times Δ", verdict.orientation)):  # fmt: skip
-        factor = names.format(f"{beaten.ratio or 0:.2f}")
-        parts.append(f"{what} for {beaten.results} of {verdict.compared} (clearly for {beaten.clearly}; {factor})")
-    return (
-        f"Precision beats accuracy in {' and in '.join(parts)}: medians, with E and Δ corrected for the number of "
-        "runs; clearly: the 95 % interval over runs says so. Errors independent from run to run would give 1."
-    )
 
 
 def _dual(frames: FrameSet, results: OpenLoopResults) -> list[str]:

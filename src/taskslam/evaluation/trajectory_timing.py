@@ -107,8 +107,11 @@ def _golden_section(function: Callable[[float], float], low: float, high: float)
 
 def gaps_of(stamps: npt.NDArray[np.int64]) -> Gaps:
     """Where a run says nothing: its method was lost, or its file is not whole. stamps: (N,) ascending, ns."""
-    steps = np.diff(stamps) / NANOSECONDS
-    if not len(steps):
-        return Gaps(0, 0.0, 0.0)
-    wide = steps[steps > max(GAP_STEPS * float(np.median(steps)), GAP_S)]
+    wide = np.diff(stamps)[gap_steps(stamps)] / NANOSECONDS
     return Gaps(len(wide), float(wide.sum()), float(wide.max(initial=0.0)))
+
+
+def gap_steps(stamps: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """(N - 1,) whether a step from stamp to stamp (ns, ascending) is a gap."""
+    steps = np.diff(stamps) / NANOSECONDS
+    return np.asarray(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S) if len(steps) else np.empty(0, np.bool_))

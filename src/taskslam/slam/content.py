@@ -10,6 +10,7 @@ from pathlib import Path
 
 from taskslam.files import cache_folder
 from taskslam.slam.registry import MethodEntry
+from taskslam.version import __version__
 
 _FORMAT = 1
 _LONGEST_NAME = 60
@@ -28,7 +29,7 @@ def place_of(kind: str, entry: MethodEntry) -> Path | None:
 
 
 def _content(entry: MethodEntry) -> str | None:
-    """SHA-256 of the package that holds the method, of this one, and of the interpreter's version."""
+    """SHA-256 of the package that holds the method, of this one with its version, and of the interpreter's version."""
     if not entry.distribution:
         return None
     package = entry.target.partition(":")[0].partition(".")[0]
@@ -36,7 +37,7 @@ def _content(entry: MethodEntry) -> str | None:
     theirs = own if package == "taskslam" else _package_content(package)
     if own is None or theirs is None:
         return None
-    return hashlib.sha256(f"{_FORMAT} {sys.version} {entry.target} {own} {theirs}".encode()).hexdigest()
+    return hashlib.sha256(f"{_FORMAT} {sys.version} {__version__} {entry.target} {own} {theirs}".encode()).hexdigest()
 
 
 @cache

@@ -11,6 +11,7 @@ A study is given as files (ground truth and runs), as a folder, or as a YAML fil
           vins: MH_01/vins_*.tum               # or a pattern
     methods:
       vins: {align: yaw}                       # what the method cannot observe; see `Alignment`
+    settings: {rpe: [1m, 5s], max_difference: 0.02}   # as the options of the command line, which overrule them
     units: {robot_diameter: 0.30, field_of_view: 70}
 
 A folder holds one folder a sequence (or is one): a ground truth in it, named so, and runs named METHOD_run0.tum,
@@ -19,10 +20,12 @@ METHOD_run1.tum and so on (`run_names.py`), or in a folder that bears the method
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import yaml
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from taskslam.datasets.bag_trajectories import is_bag
@@ -30,9 +33,10 @@ from taskslam.datasets.trajectory_files import split_topic
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment
 from taskslam.field_types import Positive
-from taskslam.reading import is_file, is_folder
+from taskslam.reading import is_file, is_folder, is_there
 from taskslam.studies.replayed_sequences import replayed_sequences
 from taskslam.studies.run_names import Grouping, method_names
+from taskslam.studies.study_settings import Settings
 from taskslam.task import TaskUnits
 from taskslam.user_files import read_model
 
@@ -46,12 +50,16 @@ class _Part(BaseModel):
 
 
 class SequenceRuns(_Part):
-    """One sequence. runs: files of each method; frames: how many images or scans it has; times: for KITTI files."""
+    """One sequence. runs: files of each method; frames: how many images or scans it has; times: for KITTI files.
+
+    map: a floor plan (map_server's YAML) in the frame of the ground truth, to draw below.
+    """
 
     groundtruth: str
     runs: dict[str, tuple[str, ...]]
     frames: int | None = Field(default=None, gt=0)
     times: str | None = None
+    map: str | None = None
 
     @field_validator("runs", mode="before")
     @classmethod
@@ -79,10 +87,16 @@ class Study(_Part):
     sequences: dict[str, SequenceRuns] = Field(min_length=1)
     methods: dict[str, MethodSettings] = {}
     units: StudyUnits = StudyUnits()
+    settings: Settings = Settings()
 
     def alignment(self, method: str, default: Alignment) -> Alignment:
         """A method's own alignment, or the default."""
         return self.methods[method].align if method in self.methods else default
+
+    def on_map(self, file: str) -> Study:
+        """The same, with this map for every sequence."""
+        sequences = {name: own.model_copy(update={"map": file}) for name, own in self.sequences.items()}
+        return self.model_copy(update={"sequences": sequences})
 
 
 def load_study(
@@ -121,15 +135,42 @@ def _from_yaml(path: Path) -> Study:
             },
             frames=sequence.frames,
             times=None if sequence.times is None else str(path.parent / sequence.times),
+            map=None if sequence.map is None else str(path.parent / sequence.map),
         )
         for name, sequence in study.sequences.items()
     }
     return study.model_copy(update={"sequences": sequences})
 
 
+def dump_study(study: Study, settings: Settings, folder: Path) -> str:
+    """The study as YAML for a file in `folder`, with the settings that it was evaluated by and every run by name."""
+
+    def beside(file: str) -> str:
+        path, topic = split_topic(file)
+        place = os.path.relpath(path.parent.resolve() / path.name, folder.resolve())
+        return place if topic is None else f"{place}:{topic}"
+
+    sequences = {
+        name: SequenceRuns(
+            groundtruth=beside(sequence.groundtruth),
+            runs={method: tuple(map(beside, files)) for method, files in sequence.runs.items()},
+            frames=sequence.frames,
+            times=None if sequence.times is None else beside(sequence.times),
+            map=None if sequence.map is None else beside(sequence.map),
+        )
+        for name, sequence in study.sequences.items()
+    }
+    content = study.model_copy(update={"sequences": sequences}).model_dump(
+        mode="json", exclude_defaults=True, exclude={"settings"}
+    )
+    if settings.written():
+        content["settings"] = settings.written()
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+
+
 def _matching(study: Path, whose: str, pattern: str) -> list[str]:
     """Files of a pattern, in the order of their numbers; what is no pattern stands for itself, there or not."""
-    if not any(sign in pattern for sign in "*?["):
+    if not any(sign in pattern for sign in "*?[") or is_there(split_topic(str(study.parent / pattern))[0]):
         return [str(study.parent / pattern)]
     try:
         found = sorted(map(str, study.parent.glob(pattern)), key=_natural)

@@ -6,15 +6,28 @@ import math
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
+from taskslam.evaluation.intervals import LEVEL, quantile, ratio_of
 from taskslam.evaluation.trajectory_precision import frame_accuracy, frame_precision, published_frame_precision
 from taskslam.geometry import FloatArray
 from taskslam.record.trajectories import SpatialTrajectory
-from taskslam.studies.study_results import Beaten, FrameSet, MethodSummary, PublishedPrecision, Ratio, Verdict
+from taskslam.studies.study_results import (
+    Beaten,
+    ErrorStatistics,
+    FrameSet,
+    MethodSummary,
+    OverRuns,
+    PublishedPrecision,
+    Ratio,
+    RelativeOverRuns,
+    RunResult,
+    Verdict,
+)
 
 
 @dataclass(frozen=True)
@@ -155,6 +168,32 @@ def _log_ratios(frames: FrameSet) -> tuple[float, float] | None:
     if not E or not unbiased or not e or not Delta or not delta:
         return None
     return math.log(e / unbiased), math.log(delta / (Delta * unbiased / E))
+
+
+_FEWEST_RUNS = 3  # that give an interval
+_PARTS = (attrgetter("translation_m"), attrgetter("rotation_rad"))
+
+
+def over_runs(errors: Sequence[ErrorStatistics]) -> OverRuns | None:
+    """The root mean squares of one kind of error, run by run."""
+    if not errors or min(each.rmse for each in errors) <= 0:
+        return None
+    logs = np.log([each.rmse for each in errors])
+    middle, half = float(logs.mean()), math.nan
+    if len(logs) >= _FEWEST_RUNS:
+        half = float(quantile(LEVEL, len(logs) - 1)) * float(logs.std(ddof=1)) / math.sqrt(len(logs))
+    ends = [None if math.isnan(half) else ratio_of(middle + side * half) for side in (-1, 1)]
+    return OverRuns(value=math.exp(middle), low=ends[0], high=ends[1])
+
+
+def relative_over_runs(runs: Sequence[RunResult]) -> tuple[RelativeOverRuns, ...]:
+    """RPE over each length, over the runs that go so far."""
+    found = []
+    for delta in dict.fromkeys(each.delta for run in runs for each in run.rpe):
+        own = [each for run in runs for each in run.rpe if each.delta == delta]
+        translation, rotation = (over_runs([part(each) for each in own]) for part in _PARTS)
+        found.append(RelativeOverRuns(delta=delta, runs=len(own), translation_m=translation, rotation_rad=rotation))
+    return tuple(found)
 
 
 def verdict_of(results: Sequence[MethodSummary]) -> Verdict:

@@ -8,25 +8,18 @@ precision: where precision still is the better, alignment is not why.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 
 from taskslam.datasets.trajectory_files import read_trajectory_file
 from taskslam.errors import TrajectoryError
 from taskslam.evaluation.trajectory_alignment import Alignment, align, noise_about_a_line
-from taskslam.evaluation.trajectory_association import (
-    DEFAULT_MAX_DIFFERENCE_NS,
-    FRAME_TOLERANCE_NS,
-    associate_trajectories,
-    common_frames,
-)
+from taskslam.evaluation.trajectory_association import associate_trajectories, common_frames
 from taskslam.evaluation.trajectory_errors import Statistics, absolute_errors, relative_errors
-from taskslam.evaluation.trajectory_pairs import DeltaUnit, pairs
-from taskslam.evaluation.trajectory_preparation import Preparation
+from taskslam.evaluation.trajectory_pairs import pairs
 from taskslam.evaluation.trajectory_timing import find_time_offset, gaps_of
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
-from taskslam.record.number_table import StampUnit
 from taskslam.record.trajectories import SpatialTrajectory
 from taskslam.studies.run_comparability import at_common_times, diverged
 from taskslam.studies.study import SequenceRuns, Study
@@ -34,7 +27,9 @@ from taskslam.studies.study_comparison import (
     AlignedRun,
     accuracy_over_precision,
     common_set,
+    over_runs,
     published_precision,
+    relative_over_runs,
     shared_set,
     verdict_of,
 )
@@ -47,38 +42,19 @@ from taskslam.studies.study_results import (
     RelativeErrors,
     RunResult,
 )
+from taskslam.studies.study_settings import Settings
 
 _CLEARLY = 2.0  # times an ATE, that a shift in time must save before it is spoken of
 _SHORTEST_S = 1e-3
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How a study is evaluated.
-
-    align: of methods that say nothing; max_difference_ns: between a pose and its ground truth; frame_tolerance_ns:
-    between stamps of two runs that mean the same frame; rpe: over what, each in turn; time_unit: of stamps in text
-    files, None to tell it from them; time_offset_s: added to the stamps of every run, or None to find each run's own;
-    align_first: by how many poses from the start a run is aligned, None for all; preparation: what is done besides.
-    """
-
-    align: Alignment = Alignment.SE3
-    max_difference_ns: int = DEFAULT_MAX_DIFFERENCE_NS
-    frame_tolerance_ns: int = FRAME_TOLERANCE_NS
-    rpe: tuple[tuple[float, DeltaUnit], ...] = ()
-    upstream_compat: bool = False
-    time_unit: StampUnit | None = None
-    time_offset_s: float | None = 0.0
-    align_first: int | None = None
-    preparation: Preparation = field(default_factory=Preparation)
+Keep = Callable[[str, str, AlignedRun, SpatialTrajectory], None]
 
 
-def evaluate_study(
-    study: Study, settings: Settings, keep: Callable[[str, str, AlignedRun], None] = lambda *_: None
-) -> OpenLoopResults:
+def evaluate_study(study: Study, settings: Settings, keep: Keep = lambda *_: None) -> OpenLoopResults:
     """Evaluate all that can be; what cannot is named in `left_out`. Raises TrajectoryError if nothing can be.
 
-    keep: told of each run's sequence and method, and of the run as it was laid on the ground truth.
+    keep: told of each run's sequence and method, of the run as it was laid on the ground truth, and of all the latter.
     """
     results: list[MethodSummary] = []
     left_out: list[LeftOutRun] = []
@@ -102,9 +78,10 @@ def evaluate_study(
             )
             for method in sequence.runs
         }
+        whole = settings.preparation.projected(truth)
         for method, found in runs.items():
             for run in found:
-                keep(name, method, run)
+                keep(name, method, run, whole)
         stamps = [run.stamps for method in runs.values() for run in method]
         seen = len(common_frames(stamps, settings.frame_tolerance_ns))
         frames[name] = sequence.frames or seen
@@ -118,7 +95,7 @@ def evaluate_study(
         raise TrajectoryError(f"nothing can be evaluated: {reasons}")
     return OpenLoopResults(
         units=study.units,
-        max_difference_s=settings.max_difference_ns / NANOSECONDS,
+        max_difference_s=settings.max_difference,
         frames=frames,
         groundtruth_notes={name: said for name, said in notes.items() if said},
         counted={name: study.sequences[name].frames is not None for name in frames},
@@ -140,11 +117,11 @@ def _read_runs(
     runs = []
     for file in sequence.runs[method]:
         try:
-            read = read_trajectory_file(file, _path(sequence.times), settings.time_unit, truth)
+            read = read_trajectory_file(file, _path(sequence.times), settings.stamp_unit, truth)
             own = settings.preparation.of_run(read.trajectory)
             clock, offset, notes = _by_the_clock_of(truth, own, alignment, settings)
             matched, estimate = associate_trajectories(clock, own, settings.max_difference_ns)
-            similarity = align(estimate, matched, alignment, settings.align_first)
+            similarity = align(estimate, matched, alignment, settings.n_to_align)
             aligned = similarity.apply(estimate)
             notes = read.notes + notes + _open_rotation(aligned, matched, alignment)
             aligned, matched = settings.preparation.projected(aligned), settings.preparation.projected(matched)
@@ -166,7 +143,7 @@ def _by_the_clock_of(
 
     It is the ground truth that is shifted, so that runs of one drive keep the stamps that they share.
     """
-    if settings.time_offset_s is None:
+    if settings.time_offset == "auto":
         apart = run.stamps[0] > truth.stamps[-1] or run.stamps[-1] < truth.stamps[0]
         start = float(truth.stamps[0] - run.stamps[0]) / NANOSECONDS if apart else 0.0
         found = find_time_offset(truth, run, alignment, start)
@@ -175,7 +152,7 @@ def _by_the_clock_of(
         offset = found.seconds
         notes: tuple[str, ...] = (f"{offset:.3f} s were added to its stamps (--time-offset auto)",)
     else:
-        offset, notes = settings.time_offset_s, ()
+        offset, notes = settings.time_offset, ()
         found = find_time_offset(truth, run, alignment, offset)
         better = found is not None and _CLEARLY * found.rmse_shifted < found.rmse
         if found is not None and better and abs(found.seconds - offset) > _SHORTEST_S:
@@ -222,6 +199,9 @@ def _method_result(
         method=method,
         alignment=alignment,
         runs=judged,
+        ate_m=over_runs([run.ate_m for run in judged]),
+        rotation_rad=over_runs([run.rotation_rad for run in judged]),
+        rpe=relative_over_runs(judged),
         common=common,
         shared=shared,
         position=position,
@@ -241,7 +221,7 @@ def _run_result(run: AlignedRun, frames: int, truth: SpatialTrajectory, settings
     time_covered = min(covered / duration, 1.0) if duration > 0 else 1.0
     rpe: list[RelativeErrors] = []
     notes = run.notes
-    for delta, unit in settings.rpe:
+    for delta, unit in settings.deltas:
         try:
             chosen = pairs(run.aligned, delta, unit)
             relative = relative_errors(run.truth, run.aligned, chosen)

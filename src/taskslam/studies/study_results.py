@@ -111,8 +111,30 @@ class Ratio(_Part):
     high: float | None
 
 
+class OverRuns(_Part):
+    """A root mean square error over the runs of a method: their geometric mean, which is that of a typical run.
+
+    low, high: 95 % interval, Student's t over the logarithms of the runs; null below three runs.
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+
+
+class RelativeOverRuns(_Part):
+    """RPE over `delta`, over the runs that go so far."""
+
+    delta: str
+    runs: int
+    translation_m: OverRuns | None
+    rotation_rad: OverRuns | None
+
+
 class MethodSummary(_Part):
     """One method on one sequence. common: frames that all runs have; shared: frames that at least two runs have.
+
+    ate_m, rotation_rad, rpe: root mean squares over the runs, null where an error is nothing.
 
     position, orientation: e over E and delta over Delta on `compared_frames`; interpolated: the runs share no stamps,
     and are compared at those of the one with fewest poses; diverged: files of runs so far off that they alone decide
@@ -123,6 +145,9 @@ class MethodSummary(_Part):
     method: str
     alignment: Alignment
     runs: tuple[RunResult, ...]
+    ate_m: OverRuns | None
+    rotation_rad: OverRuns | None
+    rpe: tuple[RelativeOverRuns, ...]
     common: FrameSet
     shared: FrameSet
     position: Ratio | None

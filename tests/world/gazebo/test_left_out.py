@@ -229,10 +229,39 @@ def test_merge_places_the_frame_that_it_names(site, link, extent_of):
 
 
 @pytest.mark.parametrize("namespace", ["http://www.ros.org/wiki/xacro", "http://ros.org/wiki/xacro"])
-def test_macros_are_to_be_expanded_first(site, namespace):
+def test_macros_are_to_be_expanded_first_where_nothing_expands_them(site, namespace, monkeypatch):
+    monkeypatch.setattr("taskslam.world.gazebo.resources.xacro_program", lambda: None)
     body = f"<xacro:if value='true' xmlns:xacro='{namespace}'>{model(visual(BOX))}</xacro:if>{model(visual(BOX), 'n')}"
     with pytest.raises(WorldError, match=r"test\.world holds xacro macros: expand them first, xacro test\.world"):
         site.load(body)
+
+
+def with_macros(site, name, body):
+    return site.file(f"worlds/{name}", f"<sdf version='1.6' xmlns:xacro='http://www.ros.org/wiki/xacro'>{body}</sdf>")
+
+
+def test_macros_are_expanded_where_xacro_is_installed_and_the_cache_knows_their_files(site, extent_of):
+    pytest.importorskip("xacro", reason="comes with taskslam[xacro]")
+    boxed = model(f"<pose>${{x}} 0 0 0 0 0</pose>{visual(BOX)}", "m${x}")
+    macro = f"<xacro:macro name='boxed' params='x'>{boxed}</xacro:macro>"
+    file = with_macros(site, "parts.xacro", macro)
+    uses = "<xacro:boxed x='0'/><xacro:boxed x='${2 * 3}'/>"
+    never = f"<xacro:if value='false'>{model(visual(BOX), 'n')}</xacro:if>"
+    include = "<xacro:include filename='parts.xacro'/>"
+    path = with_macros(site, "test.world", f"{include}<world name='w'>{uses}{never}</world>")
+    world = load_world(path)
+    assert world.models == ("m0", "m6")
+    assert extent_of(world.visual)[[0, 3]].tolist() == [-0.5, 6.5]
+    assert world.warnings == ("test.world holds xacro macros, which xacro expanded.",)
+    file.write_text(file.read_text().replace("m${x}", "box${x}"))
+    assert load_world(path).models == ("box0", "box6")
+
+
+def test_what_xacro_cannot_expand_is_its_own_sentence(site):
+    pytest.importorskip("xacro", reason="comes with taskslam[xacro]")
+    body = f"<world name='w'><xacro:if value='${{nothing_such}}'>{model(visual(BOX))}</xacro:if></world>"
+    with pytest.raises(WorldError, match=r"test\.world holds xacro macros that xacro cannot expand: .*nothing_such"):
+        load_world(with_macros(site, "test.world", body))
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from taskslam.evaluation.quantities.area import EXACT
 from taskslam.evaluation.quantities.published import COMPLETENESS
@@ -17,13 +11,14 @@ from taskslam.evaluation.quantities.success import SUCCESS
 from taskslam.files import write_whole, writing
 from taskslam.mode import Mode
 from taskslam.printable import printable
-from taskslam.report import cards, palette, words
+from taskslam.report import cards
 from taskslam.report.markers import marker_shapes
 from taskslam.report.page.comparison_view import comparison_views
 from taskslam.report.page.failure_story import WINDOW_S
 from taskslam.report.page.page_data import page_data
 from taskslam.report.page.plan_drawing import plan_pictures
 from taskslam.report.page.setting import facts
+from taskslam.report.page.shell import Entry, render
 from taskslam.report.page.suite import SuiteView, is_suite, suite_view
 from taskslam.report.page.verdicts import mode_verdicts, run_verdict, split
 from taskslam.report.page.views import RunView, ScenarioView, run_view, scenario_view
@@ -31,7 +26,6 @@ from taskslam.report.results import Results, read_results
 from taskslam.report.tables.columns import quantity_columns, quantity_text
 
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
-_STYLES = ("style.css", "interactive.css", "print.css")
 
 
 def write_report(folders: Sequence[Path], out: Path) -> Path:
@@ -48,13 +42,11 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite) for name in results.scenarios
     ]
     suite = suite_view(results, scenarios) if whole_suite else None
-    style = _style(results)
-    script = _own("page.js")
-    environment = Environment(
-        loader=PackageLoader("taskslam.report.page"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
-    text = environment.get_template("report.html").render(
+    text = render(
+        "report.html",
+        [Entry(run.label, run.style) for run in results.first_runs],
+        results.modes,
+        _parts(suite, scenarios),
         results=results,
         suite=suite,
         scenarios=scenarios,
@@ -63,7 +55,6 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         comparisons=comparison_views(results),
         facts=facts(runs) if runs else [],
         task_units=_task_units(results),
-        parts=_parts(suite, scenarios),
         shared=[
             plan_pictures([run.plan for run in runs if run.plan is not None]),
             marker_shapes(run.style for run in results.first_runs),
@@ -73,7 +64,6 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         mode_verdicts=mode_verdicts,
         run_verdict=run_verdict,
         split=split,
-        words=words,
         cards=cards,
         columns=quantity_columns(),
         area=EXACT,
@@ -81,41 +71,11 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         success=SUCCESS,
         quantity_text=quantity_text,
         Mode=Mode,
-        palette=palette,
-        style=Markup(style),  # noqa: S704 our own file, no input in it
-        script=Markup(script),  # noqa: S704 our own file, no input in it
-        policy=_policy(style, script),
     )
     with writing(out):
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
     write_whole(out, printable(text))
     return out
-
-
-def _own(name: str) -> str:
-    return resources.files("taskslam.report.page").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-def _style(results: Results) -> str:
-    """The style sheet, with a rule for each box of the filter: what it stands for is hidden while it is not checked."""
-    boxes = [("method", run.style.key) for run in results.first_runs] + [("mode", mode) for mode in results.modes]
-    rules = [
-        f':root:has(#show-{value}:not(:checked)) [data-{kind}="{value}"] {{ display: none !important; }}'
-        for kind, value in boxes
-    ]
-    return "\n".join([palette.style_sheet(), *(_own(name) for name in _STYLES), *rules])
-
-
-def _policy(style: str, script: str) -> str:
-    """What the browser may do for this page: run its own script, apply its own style, draw its own pictures."""
-    own_style, own_script = (
-        "'sha256-" + base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii") + "'"
-        for text in (style, script)
-    )
-    return (
-        f"default-src 'none'; script-src {own_script}; style-src-elem {own_style}; style-src-attr 'unsafe-inline'; "
-        "img-src data:; base-uri 'none'; form-action 'none'"
-    )
 
 
 def _damage(run: RunView) -> list[str]:

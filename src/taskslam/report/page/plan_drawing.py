@@ -21,6 +21,7 @@ from taskslam.world import FloorPlan
 from taskslam.world.floor_plan import FREE, OCCUPIED
 
 _WIDTH, _HEIGHT = 1000.0, 1100.0  # the most that the drawing may take
+_ROUND = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, *(digit * 10**power for power in range(5) for digit in (1, 2, 5)))  # m
 _FOOT = 34.0  # below the plan, for the scale bar
 
 
@@ -39,11 +40,16 @@ class PlanView:
         return (np.asarray(points, dtype=np.float64)[:, :2] - [self.left, self.top]) * [self.scale, -self.scale]
 
 
-def plan_view(plan: FloorPlan | None, points: Iterable[FloatArray]) -> PlanView:
-    """The view that shows the known floor and all of these (N, 2) points in `map`, with a margin."""
+def plan_view(
+    plan: FloorPlan | None, points: Iterable[FloatArray], width: float = _WIDTH, height: float = _HEIGHT
+) -> PlanView:
+    """The view that shows the known floor and all of these (N, 2) points in `map`, with a margin.
+
+    width, height: the most that the drawing may take.
+    """
     low, high = extent(plan, points)
     size = high - low
-    scale = float(min(_WIDTH / size[0], _HEIGHT / size[1]))
+    scale = float(min(width / size[0], height / size[1]))
     return PlanView(float(low[0]), float(high[1]), scale, float(size[0]) * scale, float(size[1]) * scale)
 
 
@@ -130,7 +136,7 @@ def _picture(plan: FloorPlan) -> str:
 
 def draw_scale_bar(svg: Svg, scale: float, y: float) -> None:
     """Draw a round number of metres at the left. scale: drawing units in a metre."""
-    metres = next(length for length in (1, 2, 5, 10, 20, 50) if length * scale >= 90 or length == 50)
+    metres = next(length for length in _ROUND if length * scale >= 90 or length == _ROUND[-1])
     end = 12 + metres * scale
     svg.line(12.0, y, end, y, stroke=palette.INK, stroke_width=1.6)
     for x in (12.0, end):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,15 +87,23 @@ def parse_version(text: str | None) -> tuple[int, int] | None:
     return int(parts[0]), int(parts[1])
 
 
-def parse_sdf(data: bytes, path: Path, left_out: LeftOut) -> Element:
+def parse_sdf(
+    data: bytes, path: Path, left_out: LeftOut, expand: Callable[[Path], bytes | None] = lambda _: None
+) -> Element:
     """Root `<sdf>` element of SDF 1.3 or newer; what is newer than 1.12 is tried, with a note.
+
+    expand: gives the document without xacro's macros, or None where it cannot.
 
     Raises WorldError for another kind of file, an older one, and for macros that nobody has expanded.
     """
     root = parse_xml(data, path)
     if any(_XACRO in element.tag for element in root.iter()):
         plain = path.stem if path.suffix == ".xacro" else f"{path.stem}.expanded.sdf"
-        raise WorldError(f"{path} holds xacro macros: expand them first, xacro {path.name} > {plain}")
+        if (expanded := expand(path)) is None:
+            first = f"expand them first, xacro {path.name} > {plain} (pip install xacro, and it is done for you)"
+            raise WorldError(f"{path} holds xacro macros: {first}")
+        root = parse_xml(expanded, path)
+        left_out.note(f"{path.name} holds xacro macros, which xacro expanded.")
     if root.tag == "robot":
         raise WorldError(f"{path} is a URDF: convert it first, gz sdf -p {path.name} > {path.stem}.sdf")
     if root.tag != "sdf":

@@ -43,7 +43,7 @@ def import_sdf(path: Path, resources: Resources) -> World:
     Raises WorldError for a file that cannot be read, and where more parts cannot be used than can, or nothing is left.
     """
     left_out = LeftOut()
-    root = parse_sdf(resources.read(path), path, left_out)
+    root = parse_sdf(resources.read(path), path, left_out, resources.expand)
     worlds = root.findall("world")
     for _ in worlds[1:]:
         left_out.unsupported("<world> after the first")

@@ -136,7 +136,7 @@ class Expander:
         if len(chain) > _DEEPEST_NESTING:
             raise WorldTooLargeError(f"{path} is included more than {_DEEPEST_NESTING} files deep.")
         if path not in self._documents:
-            self._documents[path] = parse_sdf(self.resources.read(path), path, self.left_out)
+            self._documents[path] = parse_sdf(self.resources.read(path), path, self.left_out, self.resources.expand)
         for element in self._documents[path]:
             if element.tag in ("model", "light", "actor") or (element.tag == "world" and is_merge(include)):
                 return element, path, (*chain, str(path))

@@ -16,6 +16,7 @@ from urllib.parse import unquote
 from taskslam.errors import LeavesFolderError, WorldError
 from taskslam.reading import LARGEST_WORLD_FILE, MOST_ENTRIES, open_file
 from taskslam.world.gazebo.document import NEWEST_SDF, parse_version, parse_xml
+from taskslam.world.gazebo.macros import expanded, xacro_program
 
 FUEL_VARIABLES = ("GZ_FUEL_CACHE_PATH", "IGN_FUEL_CACHE_PATH")
 PATH_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH")
@@ -83,6 +84,16 @@ class Resources:
         digest = hashlib.sha256(data).hexdigest()
         self._stamps[str(path)] = FileStamp(str(path), status.st_size, status.st_mtime_ns, digest)
         return data
+
+    def expand(self, path: Path) -> bytes | None:
+        """The file without xacro's macros; None where xacro is not installed. Raises WorldError if it cannot."""
+        program = xacro_program()
+        if program is None:
+            return None
+        content, included = expanded(program, path)
+        for file in included:
+            self.read(file)
+        return content
 
     def digest(self, path: Path) -> str:
         """SHA-256 of a file that has been read."""

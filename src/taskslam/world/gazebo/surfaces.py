@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +14,7 @@ from taskslam.geometry import FloatArray
 from taskslam.reading import MOST_TRIANGLES
 from taskslam.world.world import Material, TriangleMesh
 
+_BLOCK = 1 << 16  # triangles
 _LARGEST = 1e9  # metres; beyond it products of coordinates lose all meaning
 DEFAULT_MATERIAL = Material("default", diffuse=(0.7, 0.7, 0.7, 1.0))
 
@@ -48,6 +51,13 @@ class Surface:
             normals = None if normals is None else normals[:, ::-1]
         return replace(self, vertices=vertices, triangles=triangles, uv=uv, normals=normals, metres=metres)
 
+    def chosen(self, keep: npt.NDArray[np.bool_]) -> Surface:
+        """Some of its triangles, (T,); itself where they are all."""
+        if keep.all():
+            return self
+        normals, metres = (None if array is None else array[keep] for array in (self.normals, self.metres))
+        return replace(self, triangles=self.triangles[keep], uv=self.uv[keep], normals=normals, metres=metres)
+
 
 def check_surface(surface: Surface, where: str) -> Surface:
     """The surface without zero-area triangles and with unit normals.
@@ -58,29 +68,34 @@ def check_surface(surface: Surface, where: str) -> Surface:
         surface.triangles.min(initial=0) < 0 or surface.triangles.max(initial=0) >= len(surface.vertices)
     ):
         raise WorldError(f"Mesh {where} refers to vertices that it does not have.")
-    used = surface.vertices[surface.triangles]
-    bad = ~(np.abs(used.reshape(-1, 9)) < _LARGEST).all(axis=1)
-    if bad.any():
-        raise WorldError(
-            f"Mesh {where} has NaN or infinite vertices in {np.count_nonzero(bad)} of {len(used)} triangles."
-        )
-    face = np.cross(used[:, 1] - used[:, 0], used[:, 2] - used[:, 0])
-    length = np.linalg.norm(face, axis=1)
-    keep = length > 0.0
-    flat = np.repeat((face[keep] / length[keep, None])[:, None], 3, axis=1)
-    normals = flat
-    if surface.normals is not None:
-        given = surface.normals[keep]
-        size = np.linalg.norm(given, axis=2, keepdims=True)
-        usable = np.isfinite(size) & (size > 1e-12)
-        normals = np.where(usable, given / np.where(usable, size, 1.0), flat)
-    return replace(
-        surface,
-        triangles=surface.triangles[keep],
-        uv=np.nan_to_num(surface.uv[keep], nan=0.0, posinf=0.0, neginf=0.0),
-        normals=normals,
-        metres=None if surface.metres is None else surface.metres[keep],
-    )
+    count = len(surface.triangles)
+    keep = np.empty(count, dtype=np.bool_)
+    normals, bad = np.empty((count, 3, 3)), 0
+    for some in _blocks(count):
+        used = surface.vertices[surface.triangles[some]]
+        bad += int(np.count_nonzero(~(np.abs(used.reshape(-1, 9)) < _LARGEST).all(axis=1)))
+        face = np.cross(used[:, 1] - used[:, 0], used[:, 2] - used[:, 0])
+        length = np.linalg.norm(face, axis=1)
+        keep[some] = length > 0.0
+        flat = (face / np.where(length > 0.0, length, 1.0)[:, None])[:, None]
+        normals[some] = flat if surface.normals is None else _unit(surface.normals[some], flat)
+    if bad:
+        raise WorldError(f"Mesh {where} has NaN or infinite vertices in {bad} of {count} triangles.")
+    surface = replace(surface, normals=normals).chosen(keep)
+    finite = np.isfinite(surface.uv).all()
+    return surface if finite else replace(surface, uv=np.nan_to_num(surface.uv, nan=0.0, posinf=0.0, neginf=0.0))
+
+
+def _unit(given: FloatArray, flat: FloatArray) -> FloatArray:
+    """(T, 3, 3) normals of length 1; `flat` (T, 1, 3) where one has no direction."""
+    size = np.linalg.norm(given, axis=2, keepdims=True)
+    usable = np.isfinite(size) & (size > 1e-12)
+    return np.where(usable, given / np.where(usable, size, 1.0), flat)
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    """So many triangles in pieces, so that what is computed on the way needs little memory."""
+    yield from (slice(begin, min(begin + _BLOCK, count)) for begin in range(0, count, _BLOCK))
 
 
 class MaterialTable:
@@ -100,56 +115,59 @@ class MaterialTable:
         return self._index[key]
 
 
+_COLUMNS: tuple[tuple[tuple[int, ...], type], ...] = (
+    ((3,), np.float32), ((3,), np.int32), ((), np.int32), ((3, 2), np.float32), ((3, 3), np.float32), ((), np.int32),
+)  # fmt: skip
+"""Of `TriangleMesh`, in its order: shape of an entry and kind."""
+
+
 @dataclass
 class MeshBuilder:
     """Gathers surfaces, already in the world frame, into one `TriangleMesh`."""
 
     table: MaterialTable
-    _parts: list[tuple[Surface, int, int]] = field(default_factory=list)
+    _columns: tuple[list[npt.NDArray[Any]], ...] = field(default_factory=lambda: tuple([] for _ in _COLUMNS))
     _count: int = 0
+    _vertices: int = 0
 
     def add(self, surface: Surface, owner: int) -> None:
         """Add a checked surface that belongs to model `owner`; triangles without area in float32 are dropped.
 
         Raises WorldTooLargeError where they become too many.
         """
-        corners = surface.vertices.astype(np.float32)[surface.triangles].astype(np.float64)
-        keep = np.any(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) != 0.0, axis=1)
-        if not keep.all():
-            normals = None if surface.normals is None else surface.normals[keep]
-            surface = replace(surface, triangles=surface.triangles[keep], uv=surface.uv[keep], normals=normals)
-        self._count += len(surface.triangles)
+        vertices = surface.vertices.astype(np.float32)
+        keep = np.empty(len(surface.triangles), dtype=np.bool_)
+        for some in _blocks(len(keep)):
+            corners = vertices[surface.triangles[some]].astype(np.float64)
+            keep[some] = np.any(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) != 0.0, axis=1)
+        surface = surface.chosen(keep)
+        count = len(surface.triangles)
+        self._count += count
         if self._count > MOST_TRIANGLES:
             raise WorldTooLargeError(
                 f"The world comes to more than {MOST_TRIANGLES} triangles; expected coarser models."
             )
-        if len(surface.triangles):
-            self._parts.append((surface, self.table.index(surface.material), owner))
+        if not count:
+            return
+        used = np.zeros(len(vertices), dtype=np.bool_)
+        used[surface.triangles] = True
+        new = (np.cumsum(used) - 1 + self._vertices).astype(np.int32)
+        columns = (
+            vertices[used],
+            new[surface.triangles],
+            np.full(count, self.table.index(surface.material), np.int32),
+            surface.uv.astype(np.float32),
+            np.asarray(surface.normals, dtype=np.float32),
+            np.full(count, owner, np.int32),
+        )
+        for parts, column in zip(self._columns, columns, strict=True):
+            parts.append(column)
+        self._vertices += len(columns[0])
 
     def build(self) -> TriangleMesh:
-        """All surfaces as one mesh; vertices that no triangle uses are left out."""
-        vertices, triangles, material, uv, normals, owner = [], [], [], [], [], []
-        offset = 0
-        for surface, material_index, owner_index in self._parts:
-            used, compact = np.unique(surface.triangles, return_inverse=True)
-            count = len(surface.triangles)
-            vertices.append(surface.vertices[used].astype(np.float32))
-            triangles.append((compact.reshape(count, 3) + offset).astype(np.int32))
-            material.append(np.full(count, material_index, np.int32))
-            uv.append(surface.uv.astype(np.float32))
-            normals.append(np.asarray(surface.normals, dtype=np.float32))
-            owner.append(np.full(count, owner_index, np.int32))
-            offset += len(used)
-        if not self._parts:
-            return TriangleMesh(
-                np.empty((0, 3), np.float32), np.empty((0, 3), np.int32), np.empty(0, np.int32),
-                np.empty((0, 3, 2), np.float32), np.empty((0, 3, 3), np.float32), np.empty(0, np.int32),
-            )  # fmt: skip
-        return TriangleMesh(
-            np.concatenate(vertices),
-            np.concatenate(triangles),
-            np.concatenate(material),
-            np.concatenate(uv),
-            np.concatenate(normals),
-            np.concatenate(owner),
-        )
+        """All surfaces as one mesh, which the builder then no longer holds; unused vertices are left out."""
+        whole = []
+        for parts, (width, kind) in zip(self._columns, _COLUMNS, strict=True):
+            whole.append(parts[0] if len(parts) == 1 else np.concatenate([np.empty((0, *width), kind), *parts]))
+            parts.clear()
+        return TriangleMesh(*whole)
