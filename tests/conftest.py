@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+import signal
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 settings.register_profile("shared_machine", deadline=None)  # a busy machine is no defect of the code
 settings.load_profile("shared_machine")
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it is ignored, and so it would be by what the tests start
 
 _DEFAULT_DATA = Path(__file__).parents[2] / "shared" / "data"
 

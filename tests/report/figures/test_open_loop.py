@@ -27,6 +27,7 @@ def result(sequence, method, share):
     )
     return MethodSummary(
         sequence=sequence, method=method, alignment=Alignment.SE3, runs=(run, run), position=None, orientation=None,
+        ate_m=None, rotation_rad=None, rpe=(),
         common=frames(share, 0.1, 0.2), shared=frames(0.5, 0.04, 0.2),
     )  # fmt: skip
 

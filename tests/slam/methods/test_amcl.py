@@ -57,8 +57,8 @@ def started(plan_file, **options):
 def test_it_knows_where_it_is_in_the_given_map(drives, drive, plan_file) -> None:
     done = drives.follow(started(plan_file), drive)
     assert set(done.statuses[1:]) == {"tracking"}
-    assert done.errors.mean() < 0.06
-    assert done.errors.max() < 0.15
+    assert done.errors.mean() < 0.1
+    assert done.errors.max() < 0.2
 
 
 @needs_amcl
@@ -72,7 +72,7 @@ def test_a_wrong_guess_of_the_start_is_made_good(drives, drive, plan_file) -> No
     """By 0.3 m and 5 degrees: the pose is then off by the guess at first, and where it is in the map at the end."""
     done = drives.follow(started(plan_file, start="1.8,1.5,0.087"), drive)
     found, true = SE2(1.8, 1.5, 0.087) @ SE2(*done.estimates[-1]), SE2(1.5, 1.5, 0.0) @ SE2(*done.truth[-1])
-    assert found.distance_to(true) < 0.15
+    assert found.distance_to(true) < 0.2
 
 
 @needs_amcl
@@ -102,7 +102,7 @@ def test_blind_it_rides_on_the_odometry(drives, drive, plan_file) -> None:
     ]
     count = sum(isinstance(m, LaserScan) for m in blind)
     done = drives.follow(started(plan_file), drives.Drive(None, blind, drive.truth[:count]))
-    assert done.errors.max() < 0.15
+    assert done.errors.max() < 0.2
 
 
 @needs_amcl
