@@ -13,6 +13,8 @@ from __future__ import annotations
 import argparse
 import math
 import multiprocessing
+import os
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +28,7 @@ from recorded_drives import Drive, record
 from stopwatch import Stopwatch
 from taskslam.geometry import FloatArray, wrap_angle
 from taskslam.measurements import NANOSECONDS, Sensor
+from taskslam.processes.guest import SINGLE_THREADED
 from taskslam.sensors import fitted, sensor_kind
 from taskslam.slam.base import SlamMethod
 from taskslam.slam.dsol import odometry as dsol
@@ -168,12 +171,20 @@ def in_a_process(drive: Drive, name: str, options: dict[str, object]) -> Result:
     return result
 
 
+def _in_one_thread() -> None:
+    """Start again with linear algebra in one thread, as a method's own process has it: two on one core only wait."""
+    alone = dict.fromkeys(SINGLE_THREADED, "1")
+    if not alone.items() <= os.environ.items():
+        os.execve(sys.executable, sys.orig_argv, {**os.environ, **alone})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--places", nargs="+", default=PLACES)
     parser.add_argument("--methods", nargs="+", default=METHODS, help=f"of {', '.join(STEPS)}; options behind a colon")
     parser.add_argument("--robot", default="turtlebot2")
     asked = parser.parse_args()
+    _in_one_thread()
     pin_to_one_core()
     print(machine_line())
     for place in asked.places:
