@@ -5,7 +5,6 @@ import pytest
 
 from taskslam.errors import InputError
 from taskslam.measurements import ImuSamples, LaserScan, Sensor, StereoImages
-from taskslam.robot import SensorRig
 from taskslam.slam.bundle import photometric, schur
 from taskslam.slam.dsol import points
 from taskslam.slam.methods.dsol import Dsol
@@ -19,30 +18,11 @@ def test_the_card_declares_the_gyro_as_optional():
     assert not Dsol.card.can_save_map
 
 
-def test_a_robot_without_cameras_is_refused(rig):
-    with pytest.raises(InputError, match="dsol needs a stereo camera"):
-        Dsol().start(SensorRig(odometry=rig.odometry))
-
-
 def test_pictures_too_small_for_the_pyramid_are_refused(rig):
     small = rig.stereo.model_copy(update={"width": 100, "height": 80})
     with pytest.raises(InputError, match="100 x 80 are too small for 4 levels"):
         Dsol().start(rig.model_copy(update={"stereo": small}))
     Dsol(levels=3).start(rig.model_copy(update={"stereo": small}))
-
-
-def test_pictures_of_another_size_than_promised_are_refused(rig):
-    method = Dsol()
-    method.start(rig)
-    right, wrong = np.zeros((480, 752), np.uint8), np.zeros((480, 640), np.uint8)
-    for left, other in ((wrong, wrong), (right, wrong), (wrong, right)):
-        with pytest.raises(InputError, match=r"expected \(480, 752\)"):
-            method.feed(StereoImages(0, left, other))
-
-
-def test_it_must_be_started(rig):
-    with pytest.raises(InputError, match="start before feed"):
-        Dsol().feed(StereoImages(0, np.zeros((480, 752), np.uint8), np.zeros((480, 752), np.uint8)))
 
 
 def test_only_pairs_are_answered(rig):

@@ -6,7 +6,6 @@ import pytest
 from taskslam.errors import InputError
 from taskslam.geometry import SE2
 from taskslam.measurements import LaserScan, Sensor, StereoImages, WheelOdometry
-from taskslam.robot import SensorRig
 from taskslam.slam.bundle import stereo_adjustment, stereo_pose, stereo_residuals, three_point_pose
 from taskslam.slam.gf_gg import frame, good_features, good_graph, keyframe_map, local_mapping, places, search
 from taskslam.slam.gf_gg import triangulation as triangulating
@@ -29,29 +28,10 @@ def test_the_card_declares_the_wheels_as_optional():
     assert GfGg.card.map_mode == "continue"
 
 
-def test_a_robot_without_cameras_is_refused(rig):
-    with pytest.raises(InputError, match="gf_gg needs a stereo camera"):
-        GfGg().start(SensorRig(odometry=rig.odometry))
-
-
 def test_pictures_too_small_are_refused(rig):
     small = rig.stereo.model_copy(update={"width": 160, "height": 100})
     with pytest.raises(InputError, match="160 x 100 are too small"):
         GfGg().start(rig.model_copy(update={"stereo": small}))
-
-
-def test_pictures_of_another_size_than_promised_are_refused(rig):
-    method = GfGg()
-    method.start(rig)
-    right, wrong = np.zeros((480, 752), np.uint8), np.zeros((480, 640), np.uint8)
-    for left, other in ((wrong, wrong), (right, wrong), (wrong, right)):
-        with pytest.raises(InputError, match=r"expected \(480, 752\)"):
-            method.feed(StereoImages(0, left, other))
-
-
-def test_it_must_be_started():
-    with pytest.raises(InputError, match="start before feed"):
-        GfGg().feed(StereoImages(0, np.zeros((480, 752), np.uint8), np.zeros((480, 752), np.uint8)))
 
 
 def test_only_pairs_are_answered(rig):

@@ -36,20 +36,6 @@ def test_pictures_too_small_for_the_pyramid_are_refused(rig):
         Msckf().start(rig.model_copy(update={"stereo": small}))
 
 
-def test_pictures_of_another_size_than_promised_are_refused(rig):
-    method = Msckf()
-    method.start(rig)
-    right, wrong = np.zeros((480, 752), np.uint8), np.zeros((480, 640), np.uint8)
-    for left, other in ((wrong, wrong), (right, wrong), (wrong, right)):
-        with pytest.raises(InputError, match=r"expected \(480, 752\)"):
-            method.feed(StereoImages(0, left, other))
-
-
-def test_it_must_be_started():
-    with pytest.raises(InputError, match="start before feed"):
-        Msckf().feed(StereoImages(0, np.zeros((480, 752), np.uint8), np.zeros((480, 752), np.uint8)))
-
-
 def samples(stamp, rig):
     return ImuSamples(stamp, np.array([stamp]), np.zeros((1, 3)), np.array([[0.0, 0.0, 9.81]]))
 

@@ -29,6 +29,7 @@ from taskslam.measurements import LaserScan, Measurement, Sensor, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.karto.odometry_history import OdometryHistory
+from taskslam.slam.needs import need_lidar_2d
 from taskslam.slam.option_settings import read_options
 from taskslam.slam.registry import unavailable
 
@@ -111,8 +112,7 @@ class Amcl(SlamMethod):
             MethodUnavailableError: the amcl package is not installed; names the extra.
             InputError: the robot has no 2D LiDAR; the map cannot be read, or `start` is not free in it.
         """
-        if rig.lidar_2d is None:
-            raise InputError("amcl needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
+        lidar = need_lidar_2d("amcl", rig)
         settings = self._settings
         plan = _plan(settings)
         try:
@@ -141,7 +141,7 @@ class Amcl(SlamMethod):
         # The package's grids have no heading: the map's own frame is the filter's.
         self._T_grid_start = plan.origin.inverse() @ SE2(*settings.start)
         self._filter.set_map(package.create_occupancy_grid_from_list(_cells(plan), plan.resolution, 0.0, 0.0))
-        mount = SE2.from_matrix(rig.lidar_2d.mount.matrix())
+        mount = SE2.from_matrix(lidar.mount.matrix())
         self._filter.set_laser_pose(self._vector(mount))
         variances = np.square(settings.start_deviation)
         self._filter.set_initial_pose(

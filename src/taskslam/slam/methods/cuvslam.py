@@ -13,13 +13,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from taskslam.errors import InputError
 from taskslam.geometry import FloatArray
 from taskslam.measurements import Measurement, Sensor, StereoImages
 from taskslam.robot import SensorRig, StereoCamera
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.lidar_support import StartFrame
+from taskslam.slam.needs import need_stereo
 from taskslam.slam.registry import unavailable
+from taskslam.slam.start_frame import StartFrame
 
 # Columns: the optical frame's axes (x right, y down, z forward) in the body's (x forward, y left, z up).
 _R_BODY_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -55,9 +55,7 @@ class Cuvslam(SlamMethod):
             MethodUnavailableError: dim-odom or a library of NVIDIA's is not installed; names the extra.
             InputError: the robot has no stereo camera.
         """
-        camera = rig.stereo
-        if camera is None:
-            raise InputError("cuvslam needs a stereo camera, and this robot's sensor rig has none (rig.stereo)")
+        camera = need_stereo("cuvslam", rig)
         try:
             import dim_odom
         except ModuleNotFoundError as error:

@@ -25,9 +25,10 @@ from taskslam.geometry import invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement, PointCloud, Sensor
 from taskslam.robot import Lidar3D, SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.lidar_support import StartFrame, need_imu, need_lidar_3d
+from taskslam.slam.needs import need_imu, need_lidar_3d
 from taskslam.slam.option_settings import check_option_names
 from taskslam.slam.registry import unavailable
+from taskslam.slam.start_frame import StartFrame
 
 _POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("t", "<u4"), ("ring", "<u2")])
 _GRAVITY = 9.8

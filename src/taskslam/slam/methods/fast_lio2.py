@@ -30,7 +30,7 @@ from taskslam.measurements import ImuSamples, Measurement, PointCloud, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod
 from taskslam.slam.fast_lio2.settings import FastLio2Settings
-from taskslam.slam.lidar_support import need_imu, need_lidar_3d
+from taskslam.slam.needs import need_imu, need_lidar_3d
 from taskslam.slam.option_settings import read_options
 
 if TYPE_CHECKING:

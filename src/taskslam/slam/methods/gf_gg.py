@@ -34,7 +34,6 @@ from taskslam.robot import StereoCamera
 from taskslam.slam.base import Kind, MapMode, MethodCard
 from taskslam.slam.gf_gg.settings import GfGgSettings
 from taskslam.slam.methods.stereo_method import StereoMethod, StereoTracker
-from taskslam.slam.registry import unavailable
 
 
 class GfGg(StereoMethod):
@@ -62,16 +61,13 @@ class GfGg(StereoMethod):
         self._settings = GfGgSettings.from_options(options)
 
     def make_tracker(self, camera: StereoCamera, R_camera_imu: FloatArray | None) -> StereoTracker:  # noqa: ARG002
-        """With an empty map, compiled by a made-up drive. Raises MethodUnavailableError: OpenCV is not installed."""
+        """With an empty map, compiled by a made-up drive."""
         from taskslam.slam.gf_gg.motion import Motion  # numba comes with these: not to read a card
         from taskslam.slam.gf_gg.slam import GfGgSlam
         from taskslam.slam.gf_gg.warm_up import warm_up
         from taskslam.slam.vision.pinhole import Pinhole
 
         s = self._settings
-        try:
-            warm_up(s)
-        except ModuleNotFoundError as error:
-            raise unavailable(self.card.name, self.card, error) from error
+        warm_up(s)
         motion = Motion(s.velocity_blend, self._T_base_camera if s.odometry_prior else None)
         return GfGgSlam(s, Pinhole.of(camera), camera.width, camera.height, motion, noisy=camera.noise > 0)

@@ -32,6 +32,7 @@ from taskslam.measurements import LaserScan, Measurement, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod
 from taskslam.slam.hector.settings import HectorSettings
+from taskslam.slam.needs import need_lidar_2d
 from taskslam.slam.option_settings import read_options
 
 if TYPE_CHECKING:
@@ -62,9 +63,8 @@ class Hector(SlamMethod):
 
     def start(self, rig: SensorRig) -> None:
         """Begin with an empty map. Raises InputError if the robot has no 2D LiDAR."""
-        if rig.lidar_2d is None:
-            raise InputError("hector needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
-        self._T_base_laser = rig.lidar_2d.mount.matrix()
+        lidar = need_lidar_2d("hector", rig)
+        self._T_base_laser = lidar.mount.matrix()
         from taskslam.slam.hector.mapper import HectorMapper, warm_up  # numba comes with it: not to read a card
 
         warm_up(self._settings)

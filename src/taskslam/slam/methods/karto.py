@@ -42,6 +42,7 @@ from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.karto.odometry_history import OdometryHistory
 from taskslam.slam.karto.settings import KartoSettings
+from taskslam.slam.needs import need_lidar_2d
 
 if TYPE_CHECKING:
     from taskslam.slam.karto.mapper import Mapper
@@ -83,9 +84,8 @@ class Karto(SlamMethod):
 
     def start(self, rig: SensorRig) -> None:
         """Begin with an empty map. Raises InputError if the robot has no 2D LiDAR."""
-        if rig.lidar_2d is None:
-            raise InputError("karto needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
-        self._T_base_laser = rig.lidar_2d.mount.matrix()
+        lidar = need_lidar_2d("karto", rig)
+        self._T_base_laser = lidar.mount.matrix()
         from taskslam.slam.karto.mapper import Mapper, warm_up  # numba comes with it: not to read a card
 
         warm_up(self._settings)

@@ -29,11 +29,10 @@ from taskslam.geometry import FloatArray
 from taskslam.measurements import Measurement, Sensor
 from taskslam.robot import SensorRig, StereoCamera
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate
-from taskslam.slam.lidar_support import need_imu
 from taskslam.slam.methods.stereo_method import StereoMethod, StereoTracker
 from taskslam.slam.msckf.settings import MsckfSettings
+from taskslam.slam.needs import need_imu
 from taskslam.slam.option_settings import read_options
-from taskslam.slam.registry import unavailable
 
 
 class Msckf(StereoMethod):
@@ -65,14 +64,11 @@ class Msckf(StereoMethod):
         super().start(rig)
 
     def make_tracker(self, camera: StereoCamera, R_camera_imu: FloatArray | None) -> StereoTracker:  # noqa: ARG002
-        """Compiled by a made-up drive. Raises MethodUnavailableError: OpenCV is not installed."""
+        """Compiled by a made-up drive."""
         from taskslam.slam.msckf.odometry import StereoInertialOdometry  # numba comes with it: not to read a card
         from taskslam.slam.msckf.warm_up import warm_up
 
-        try:
-            warm_up(self._settings, camera, self._imu)
-        except ModuleNotFoundError as error:
-            raise unavailable(self.card.name, self.card, error) from error
+        warm_up(self._settings, camera, self._imu)
         self._odometry = StereoInertialOdometry(self._settings, camera, self._imu, noisy=camera.noise > 0)
         return self._odometry
 

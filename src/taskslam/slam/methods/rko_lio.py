@@ -21,8 +21,9 @@ from taskslam.errors import InputError
 from taskslam.measurements import ImuSamples, Measurement, PointCloud, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.lidar_support import StartFrame, need_imu, need_lidar_3d
+from taskslam.slam.needs import need_imu, need_lidar_3d
 from taskslam.slam.registry import unavailable
+from taskslam.slam.start_frame import StartFrame
 
 
 class RkoLio(SlamMethod):

@@ -17,9 +17,10 @@ from taskslam.geometry import FloatArray, invert_se3
 from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement, PointCloud, Sensor
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
-from taskslam.slam.lidar_support import StartFrame, need_imu, need_lidar_3d
+from taskslam.slam.needs import need_imu, need_lidar_3d
 from taskslam.slam.option_settings import check_option_names
 from taskslam.slam.registry import unavailable
+from taskslam.slam.start_frame import StartFrame
 
 _DEFAULTS: dict[str, bool | int | float] = {"downsample_resolution": 0.3, "voxel_map_resolution": 0.5}
 

@@ -13,6 +13,8 @@ from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
 from taskslam.measurements import Measurement, StereoImages
 from taskslam.robot import SensorRig, StereoCamera
 from taskslam.slam.base import PoseEstimate, SlamMethod, Status
+from taskslam.slam.needs import need_stereo
+from taskslam.slam.registry import unavailable
 
 _LEAST_SIDE = 15  # pixels on the coarsest level: the window of the stereo matcher and room to move it
 
@@ -54,11 +56,14 @@ class StereoMethod(SlamMethod):
         """The compiled tracker of this camera; (3, 3) rotation to its optical axes from the IMU's, if that is heard."""
 
     def start(self, rig: SensorRig) -> None:
-        """Begin with nothing seen. Raises InputError: no stereo camera, or pictures too small for the pyramid."""
+        """Begin with nothing seen.
+
+        Raises:
+            InputError: no stereo camera, or pictures too small for the pyramid.
+            MethodUnavailableError: a package of the method's extra is not installed; names the extra.
+        """
         name = self.card.name
-        if rig.stereo is None:
-            raise InputError(f"{name} needs a stereo camera, and this robot's sensor rig has none (rig.stereo)")
-        camera, smallest = rig.stereo, _LEAST_SIDE << (self.levels - 1)
+        camera, smallest = need_stereo(name, rig), _LEAST_SIDE << (self.levels - 1)
         if min(camera.width, camera.height) < smallest:
             raise InputError(
                 f"{name}: pictures of {camera.width} x {camera.height} are too small for {self.levels} levels; expected"
@@ -69,7 +74,10 @@ class StereoMethod(SlamMethod):
         imu = rig.imu if self.gyro else None
         R_camera_imu = None if imu is None else self._T_camera_base[:3, :3] @ imu.mount.matrix()[:3, :3]
         self._shape = (camera.height, camera.width)
-        self._tracker = self.make_tracker(camera, R_camera_imu)
+        try:
+            self._tracker = self.make_tracker(camera, R_camera_imu)
+        except ModuleNotFoundError as error:
+            raise unavailable(name, self.card, error) from error
 
     def feed(self, measurement: Measurement) -> PoseEstimate | None:
         """A live pose for every pair, else None. Raises InputError: pictures of another size than the rig's."""

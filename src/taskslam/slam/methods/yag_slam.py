@@ -24,6 +24,7 @@ from taskslam.measurements import LaserScan, Measurement, Sensor, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.slam.base import Kind, MapMode, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.karto.odometry_history import OdometryHistory
+from taskslam.slam.needs import need_lidar_2d
 from taskslam.slam.option_settings import read_options
 from taskslam.slam.registry import unavailable
 
@@ -91,8 +92,7 @@ class YagSlam(SlamMethod):
             MethodUnavailableError: yag-slam is not installed; names the extra.
             InputError: the robot has no 2D LiDAR.
         """
-        if rig.lidar_2d is None:
-            raise InputError("yag_slam needs a 2D LiDAR, and this robot's sensor rig has none (rig.lidar_2d)")
+        lidar = need_lidar_2d("yag_slam", rig)
         try:
             from yag_slam.graph_slam import GraphSlam
             from yag_slam.models import LocalizedRangeScan
@@ -110,7 +110,7 @@ class YagSlam(SlamMethod):
             min_response_coarse=0.35,
             min_response_fine=0.45,
         )
-        self._T_base_laser = SE2.from_matrix(rig.lidar_2d.mount.matrix())
+        self._T_base_laser = SE2.from_matrix(lidar.mount.matrix())
         self._odometry = OdometryHistory()
         self._T_fed_odom: SE2 | None = None
         self._T_fed_start = SE2()

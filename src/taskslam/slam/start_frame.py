@@ -1,10 +1,8 @@
-"""What the adapters of foreign LiDAR odometries share: from their frames to ours, and what they need of a robot."""
+"""What the adapters of foreign odometries share: from their frames to ours."""
 
 from __future__ import annotations
 
-from taskslam.errors import InputError
 from taskslam.geometry import FloatArray, invert_se3
-from taskslam.robot import Imu, Lidar3D, SensorRig
 
 
 class StartFrame:
@@ -25,17 +23,3 @@ class StartFrame:
             self._T_start_world = invert_se3(T_world_base)
         T_start_base: FloatArray = self._T_start_world @ T_world_base
         return T_start_base
-
-
-def need_lidar_3d(name: str, rig: SensorRig) -> Lidar3D:
-    """The rig's spinning LiDAR. Raises InputError if it has none."""
-    if rig.lidar_3d is None:
-        raise InputError(f"{name} needs a 3D LiDAR, and this robot's sensor rig has none (rig.lidar_3d)")
-    return rig.lidar_3d
-
-
-def need_imu(name: str, rig: SensorRig) -> Imu:
-    """The rig's IMU. Raises InputError if it has none."""
-    if rig.imu is None:
-        raise InputError(f"{name} needs an IMU, and this robot's sensor rig has none (rig.imu)")
-    return rig.imu
