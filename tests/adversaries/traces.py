@@ -21,6 +21,10 @@ def impatient(place: str) -> Limits:
     return replace(LIMITS, **soon.get(place, {}))
 
 
+# Shared memory of others: what `sharing.py` leaves in its own process, and ROS 2 in a test that runs beside this one.
+_OTHERS = ("left-behind", "fastdds_", "fastrtps_", "sem.fastdds_", "sem.fastrtps_", "lttng-")
+
+
 @dataclass(frozen=True)
 class Traces:
     """What could be left behind: processes below this one, its descriptors, scratch folders, shared memory."""
@@ -35,7 +39,7 @@ class Traces:
         """As it is, once what earlier tests forgot is collected."""
         gc.collect()
         scratch = frozenset(path.name for path in Path(tempfile.gettempdir()).glob("taskslam-*"))
-        shared = frozenset(path.name for path in Path("/dev/shm").iterdir()) - {"left-behind"}  # of `sharing.py`
+        shared = frozenset(path.name for path in Path("/dev/shm").iterdir() if not path.name.startswith(_OTHERS))
         descriptors = len(list(Path("/proc/self/fd").iterdir()))
         return cls(frozenset(children_of(os.getpid())), descriptors, scratch, shared)
 

@@ -16,7 +16,7 @@ from taskslam.benchmark.run import run
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import BEHAVIOUR, RunSpec
 from taskslam.benchmark.stage import Stage
-from taskslam.errors import RecordError
+from taskslam.errors import RecordError, SimulatorFailedError
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
@@ -25,6 +25,7 @@ from taskslam.navigation.navigator import Navigator
 from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
+from taskslam.processes.tree import children_of
 from taskslam.record import DrivenBy
 from taskslam.record.events import Arrival, GoalFailed, GoalSkipped, MethodNotice, RoundEnded, RoundStarted, RunEnded
 from taskslam.record.run_directory import SPEC, RunRecord, RunWriter, load_run
@@ -114,7 +115,7 @@ def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage
     stage = make_stage(rounds=1)
 
     def steer(kind: type[SimulatedPlatform], name: str) -> tuple[list[object], int]:
-        platform = kind(Simulator(stage.world, stage.robot, seed=3))
+        platform = kind(lambda: Simulator(stage.world, stage.robot, seed=3))
         commands: list[object] = []
         original = platform.drive
 
@@ -123,7 +124,7 @@ def test_nothing_that_steers_can_reach_the_truth(make_stage: Callable[..., Stage
             original(linear, angular)
 
         platform.drive = drive_and_note  # type: ignore[method-assign]
-        with RunWriter(tmp_path / name) as record:
+        with RunWriter(tmp_path / name) as record, platform:
 
             def traveller() -> ClosedLoop:
                 method = MethodHost("karto", {}, stage.robot.rig, record.method_log, LatencyModel())
@@ -279,6 +280,25 @@ def test_run_json_says_what_drove_when_and_to_which_tolerance(
     assert manifest.driven_by is DrivenBy.SIMULATOR
     assert manifest.goal_tolerance == GoalTolerance(position_m=0.11, heading_rad=0.22)
     assert [manifest.started_utc] == [moment.isoformat() for moment in opened]
+
+
+def test_what_the_simulator_refuses_leaves_no_process_and_no_folder(
+    make_stage: Callable[..., Stage], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The method is on its way when the simulator is built; three attempts, each with a process of its own."""
+    launched: list[int] = []
+
+    def refuse(*_: object) -> Simulator:
+        launched.extend(children_of(os.getpid()))
+        raise SimulatorFailedError("no memory for rays")
+
+    monkeypatch.setattr(run_module, "build_simulator", refuse)
+    stage = make_stage(GOALS_ONE, rounds=1)
+    with pytest.raises(SimulatorFailedError, match="no memory for rays"):
+        run(stage, stage.spec("wheel_odometry", Mode.WITHOUT_MAP), tmp_path / "out")
+    assert len(launched) == len(set(launched)) == 3
+    assert not children_of(os.getpid())
+    assert not list((tmp_path / "out").rglob("*partial*"))
 
 
 GOALS_ONE = [[-1.0, -1.0, 0.0]]

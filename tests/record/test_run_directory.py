@@ -85,6 +85,22 @@ def test_a_failure_keeps_what_was_measured_and_says_where(tmp_path, events):
     assert not (tmp_path / "a").exists()
 
 
+@pytest.mark.parametrize("printed", ["", "no such camera\n"])
+def test_nothing_is_kept_where_nothing_was_measured_but_what_the_method_printed(tmp_path, printed):
+    def fail():
+        with RunWriter(tmp_path / "a") as run:
+            run.event(RoundStarted(0, 0, priming=False))
+            run.method_log.write_text(printed)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError) as caught:
+        fail()
+    log = tmp_path / ".a.partial" / "method.log"
+    said = [f"What the method printed is kept in {log}"] if printed else []
+    assert getattr(caught.value, "__notes__", []) == said
+    assert [path.name for path in tmp_path.iterdir()] == ([".a.partial"] if printed else [])
+
+
 def test_what_a_failed_run_left_is_removed_by_the_next_one(tmp_path, events, manifest):
     with pytest.raises(ZeroDivisionError), RunWriter(tmp_path / "a"):
         raise ZeroDivisionError

@@ -6,7 +6,7 @@ stands the run directory of that round: what a replay of the dataset can be comp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -79,9 +79,9 @@ class _Recorded(SimulatedPlatform):
     """The simulator, with a writer that hears what its sensors say until `until` (ns)."""
 
     def __init__(
-        self, simulator: Simulator, writer: DatasetWriter, wanted: frozenset[Sensor], until: int | None
+        self, build: Callable[[], Simulator], writer: DatasetWriter, wanted: frozenset[Sensor], until: int | None
     ) -> None:
-        super().__init__(simulator)
+        super().__init__(build)
         self._writer = writer
         self._wanted = wanted
         self._until = until
@@ -112,19 +112,13 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     stage = _shortened(stage, request.goals)
     sensors = _sensors(stage.robot.rig, request)
     spec = stage.spec(request.method, Mode.WITHOUT_MAP, request.seed, request.options, request.latency)
-    observer.stage("building the simulator")
     card = card_of(spec.method)
-    simulator = build_simulator(stage, spec, sensors | set(card.hears(fitted(stage.robot.rig))))
-    until = None if request.seconds is None else simulator.now + round(request.seconds * NANOSECONDS)
+    heard = sensors | set(card.hears(fitted(stage.robot.rig)))
+    until = None if request.seconds is None else round(request.seconds * NANOSECONDS)
     with whole_folder(out) as folder, closing(_writer(request.format, folder, stage, sensors)) as writer:
-        platform = _Recorded(simulator, writer, sensors, until)
-        return record_tour(
-            Undertaking(stage, spec, card),
-            lambda: platform,
-            folder / DRIVE,
-            observer,
-            drive=_drive_until_enough,
-        )
+        platform = _Recorded(lambda: build_simulator(stage, spec, heard), writer, sensors, until)
+        undertaking = Undertaking(stage, spec, card)
+        return record_tour(undertaking, platform, folder / DRIVE, observer, drive=_drive_until_enough)
 
 
 def _drive_until_enough(tour: Tour, mode: Mode) -> bool:

@@ -49,6 +49,7 @@ class ClosedLoop:
         """Put the robot down, start the method, and stand still as long as both need."""
         self.platform.place(self.origin)
         self.navigator.reset()
+        self.observer.stage("starting the method")
         self.method.start()
         self._forget()
         self.wait(max(still_s, self.method.card.needs_still_start))

@@ -7,6 +7,7 @@ import os
 import platform as host_platform
 import time
 from collections.abc import Callable, Collection
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from importlib import metadata
@@ -141,17 +142,15 @@ def finished_run(directory: Path, spec: RunSpec, salt: str | None = None) -> Man
 
 
 def _attempt(undertaking: Undertaking, directory: Path, observer: Observer, overwrite: bool) -> bool:
-    def simulator() -> Platform:
-        observer.stage("building the simulator")
-        sensors, salt = undertaking.card.hears(fitted(undertaking.stage.robot.rig)), undertaking.salt
-        return SimulatedPlatform(build_simulator(undertaking.stage, undertaking.spec, sensors, salt))
-
-    return record_tour(undertaking, simulator, directory, observer, overwrite)
+    stage, spec, salt = undertaking.stage, undertaking.spec, undertaking.salt
+    sensors = undertaking.card.hears(fitted(stage.robot.rig))
+    platform = SimulatedPlatform(lambda: build_simulator(stage, spec, sensors, salt))
+    return record_tour(undertaking, platform, directory, observer, overwrite)
 
 
 def record_tour(
     undertaking: Undertaking,
-    make_platform: Callable[[], Platform],
+    platform: Platform,
     directory: Path,
     observer: Observer,
     overwrite: bool = False,
@@ -159,32 +158,35 @@ def record_tour(
 ) -> bool:
     """Drive the tour on a platform and leave a finished run at `directory`; whether every goal was reached.
 
-    make_platform: called once, within the run's wall time; opened and closed here. drive: what drives the rounds.
+    platform: opened and closed here, beside the method's process, which starts meanwhile. drive: what drives the
+    rounds.
     """
     stage, spec = undertaking.stage, undertaking.spec
     wall = time.perf_counter()
     settings = navigation_settings(stage.scenario)
     navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
-    with (
-        make_platform() as platform,
-        RunWriter(
-            directory, overwrite, spec.to_json(), _resumes(platform, spec), told_apart(undertaking.salt)
-        ) as record,
-    ):
+    resumes, dice = _resumes(platform, spec), told_apart(undertaking.salt)
+    with RunWriter(directory, overwrite, spec.to_json(), resumes, dice) as record, ExitStack() as cast:
         if record.notice:
             observer.notice(record.notice)
         done = record.resumed
+        hosts: list[MethodHost] = []
+
+        def new_host() -> MethodHost:
+            proven = bool(done.rounds) or any(host.started for host in hosts)
+            hosts.append(undertaking.host(record.method_log, proven))
+            return hosts[-1]
+
+        ready = [cast.enter_context(new_host().launched())]
+        observer.stage("building the simulator")
+        cast.enter_context(platform)
         if done.rounds:
             platform.go_on(done.now, done.rounds, datetime.fromisoformat(record.began_utc))
         record.began_utc = platform.zero_utc.isoformat()
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
-        hosts: list[MethodHost] = []
-
         def traveller() -> ClosedLoop:
-            proven = bool(done.rounds) or any(host.started for host in hosts)
-            method = undertaking.host(record.method_log, proven)
-            hosts.append(method)
+            method = ready.pop() if ready else new_host()
             return ClosedLoop(platform, method, navigator, record, stage.scenario.start.pose, observer)
 
         tour = Tour(stage.scenario, platform, traveller, record, observer)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 
 from taskslam.benchmark.platform import Platform
+from taskslam.errors import SimulatorFailedError
 from taskslam.geometry import SE2
 from taskslam.measurements import Measurement
 from taskslam.record.manifest import DrivenBy
@@ -13,14 +14,24 @@ from taskslam.simulation.simulator import Simulator
 
 
 class SimulatedPlatform(Platform):
-    """A simulator that is built already. No clock is read but once, to say in the record what t = 0 was."""
+    """A simulator, built when it is opened. No clock is read but once, to say in the record what t = 0 was.
+
+    build: raises as `open` then does.
+    """
 
     driven_by = DrivenBy.SIMULATOR
     resumable = True
 
-    def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
+    def __init__(self, build: Callable[[], Simulator]) -> None:
+        self._build = build
+        self._built: Simulator | None = None
         self._opened = datetime.now(UTC)
+
+    @property
+    def _simulator(self) -> Simulator:
+        if self._built is None:
+            raise SimulatorFailedError("the simulator was not opened")
+        return self._built
 
     @property
     def zero_utc(self) -> datetime:
@@ -33,7 +44,8 @@ class SimulatedPlatform(Platform):
         return self._simulator.now
 
     def open(self) -> None:
-        """Remember what t = 0 is."""
+        """Build the simulator, and remember what t = 0 is."""
+        self._built = self._build()
         self._opened = datetime.now(UTC)
 
     def go_on(self, now: int, placed: int, zero_utc: datetime) -> None:

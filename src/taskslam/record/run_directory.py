@@ -76,6 +76,7 @@ class RunWriter:
         self.resumed, self.notice = Resumption(), ""
         self._replace, self._dice = replace, dice
         self._poses: dict[tuple[int, PoseName], list[tuple[int, SE2 | FloatArray]]] = {}
+        self._measured = False
         self._finished = False
         with writing(self.directory):
             self.directory.parent.mkdir(parents=True, exist_ok=True)
@@ -126,6 +127,7 @@ class RunWriter:
         """
         if isinstance(event, RoundEnded):
             self._write_round(event.round)
+        self._measured |= not isinstance(event, RoundStarted)
         self._journal.write(event)
 
     def tally(self, number: int, compute_s: float, peak_bytes: int, cpu_s: float = 0.0, stop_failure: str = "") -> None:
@@ -161,6 +163,7 @@ class RunWriter:
             raise RecordError(f"a pose for round {round}, which has ended; expected a round that is under way")
         if not (pose.is_finite() if isinstance(pose, SE2) else np.isfinite(pose).all()):
             raise RecordError(f"round {round}, {name} at {stamp} ns: expected a finite pose, found {pose}")
+        self._measured = True
         self._poses.setdefault((round, name), []).append((stamp, pose))
 
     def finish(self, manifest: Manifest | Mapping[str, Any]) -> Path:
@@ -202,8 +205,20 @@ class RunWriter:
             self._write_open_rounds()
         with contextlib.suppress(Exception):
             self._journal.close()
+        if not self._measured and not ended:
+            self._leave_nothing(error)
+            return
         more = f": {_rounds(ended)} ended, after which the next start goes on" if self._resumable and ended else ""
         error.add_note(f"What was measured so far is kept in {self.folder}{more}")
+
+    def _leave_nothing(self, error: BaseException) -> None:
+        """Nothing was measured: all that is worth keeping is what a method printed that would not start."""
+        with contextlib.suppress(OSError):
+            if self.method_log.stat().st_size:
+                error.add_note(f"What the method printed is kept in {self.method_log}")
+                return
+        with contextlib.suppress(OSError):
+            remove(self.folder)
 
     def _write_open_rounds(self) -> None:
         for number in sorted({key[0] for key in self._poses}):

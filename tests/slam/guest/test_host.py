@@ -47,6 +47,35 @@ def test_ground_truth_repeats_the_true_pose(host_of):
     np.testing.assert_array_equal(estimate.T_start_base, SE2(0.1, 0.2, 0.3).matrix())
 
 
+def test_a_launched_method_starts_beside_what_else_is_made(host_of, tmp_path):
+    host = host_of("SaysThatItStarts")
+    with host.launched():
+        deadline = time.monotonic() + 60.0
+        while "started" not in (tmp_path / "method0.log").read_text():
+            assert time.monotonic() < deadline, "it did not start before it was waited for"
+            time.sleep(0.01)
+        assert not host.started
+        host.start()
+        assert host.started
+    with pytest.raises(ProcessLookupError):
+        os.kill(host._process.pid, 0)
+
+
+def test_a_launched_method_ends_with_whoever_launched_it(host_of):
+    host, pids = host_of("Guest"), []
+
+    def fail():
+        with host.launched():
+            pids.append(host._process.pid)
+            os.kill(pids[0], 0)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pids[0], 0)
+
+
 def test_an_estimate_arrives_one_latency_after_its_frame(host_of, still_robot):
     host = host_of("Guest")
     host.start()

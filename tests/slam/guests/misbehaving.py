@@ -34,6 +34,12 @@ class Guest(SlamMethod):
         return self.estimate(stamp)
 
 
+class SaysThatItStarts(Guest):
+    def start(self, rig):
+        super().start(rig)
+        print("started")
+
+
 class Segfault(Guest):
     def misbehave(self, stamp):
         os.kill(os.getpid(), signal.SIGSEGV)

@@ -18,7 +18,8 @@ from __future__ import annotations
 import shutil
 import time
 from collections import deque
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self
@@ -106,7 +107,8 @@ class MethodHost:
         self._awaited: deque[HandOver] = deque()  # those of them with an answer that will be due
         self._ready: deque[tuple[int, PoseEstimate]] = deque()
         self._undelivered: list[PoseEstimate] = []
-        self._answer: messages.Header | None = None
+        self._unanswered = 0  # commands
+        self._answers: deque[messages.Header] = deque()
         self._doom: tuple[Outcome, str] | None = None
         self._last_stamp = -1
         self._starting = False
@@ -141,7 +143,7 @@ class MethodHost:
         return self._guest.cpu_s if self._guest else 0.0
 
     def start(self) -> None:
-        """Start the process, construct the method with its options and start it.
+        """Start the process if it was not launched, and wait until the method is constructed and started.
 
         Raises:
             UnknownMethodError, MethodUnavailableError: no such method, or its package is absent.
@@ -150,7 +152,9 @@ class MethodHost:
             MethodFailedError: it crashed or hung on the way, or, where it is `proven`, would not start.
         """
         try:
-            self._start()
+            if self._guest is None:
+                self.launch()
+            self._await_start()
         except InputError as error:
             if not self._proven:
                 raise
@@ -162,36 +166,58 @@ class MethodHost:
         """Whether it has started well."""
         return self._card is not None
 
-    def _start(self) -> None:
+    def launch(self) -> None:
+        """Start the process and tell it what to construct and start, without waiting: `start` waits for it.
+
+        Raises UnknownMethodError, InputError, HostFailedError and DiskFullError as `start` does.
+        """
         if self._guest is not None:
             raise HostFailedError(f"method '{self._name}' was started already")
         self._cameras = cameras(self._rig)
         self._images = _image_slots(self._cameras.values())
-        self._starting = True
         try:
             with undisturbed():
                 self._guest = GuestProcess(self._program(), self._wall(), self._log, self._limits)
-            timeout = self._limits.start_timeout_s
-            answer = self._ask(
-                "be constructed",
-                timeout,
+            self._tell(
                 do="construct",
                 method=find_method(self._name).name,
                 options=self._options,
                 cpu_scale=self._latency.cpu_scale,
             )
-            card = read_card(self._name, answer)
+            self._tell(do="start", rig=self._rig.model_dump_json())
+            self._guest.write(self._unsent)
+        except BaseException:
+            self._end()
+            raise
+
+    @contextmanager
+    def launched(self) -> Iterator[Self]:
+        """Launch it beside what else has to be made ready; whatever comes, it is stopped at the end.
+
+        A `proven` one begins at `start`: what fails then is its own failure, and belongs to a round.
+        """
+        with ExitStack() as stack:
+            stack.push(self)
+            if not self._proven:
+                self.launch()
+            yield self
+
+    def _await_start(self) -> None:
+        self._starting = True
+        try:
+            timeout = self._limits.start_timeout_s
+            card = read_card(self._name, self._answer_to("be constructed", timeout))
             if self._described is not None and card != self._described:
                 raise InputError(
                     f"method '{self._name}': its card at the start is not the one that it was described by"
                 )
-            self._guest.freezes_itself = card.asynchronous
+            self._process.freezes_itself = card.asynchronous
             check_needs(card, self._rig)
             self._hears = card.hears(card.optional_sensors)
             self._schedule = Schedule(self._hears, card.queue, self._latency.before(card.latency))
-            self._ask("start", timeout, do="start", rig=self._rig.model_dump_json())
+            self._answer_to("start", timeout)
             self._card = card
-            self._guest.keep_compiled()
+            self._process.keep_compiled()
         except BaseException:
             self._end()
             raise
@@ -364,12 +390,19 @@ class MethodHost:
     def _ask(self, what: str, timeout_s: float, **command: object) -> messages.Header:
         """Send a command and wait for its answer."""
         self._raise_failure()
+        self._tell(**command)
+        return self._answer_to(what, timeout_s)
+
+    def _tell(self, **command: object) -> None:
         self._unsent += messages.pack(command)
-        self._answer = None
+        self._unanswered += 1
+
+    def _answer_to(self, what: str, timeout_s: float) -> messages.Header:
+        """Wait for the answer to the oldest command that has none yet."""
         deadline = time.monotonic() + timeout_s
-        while self._answer is None:
+        while not self._answers:
             self._hear(f"the request to {what}", deadline, timeout_s)
-        return self._answer
+        return self._answers.popleft()
 
     def _hear(self, about: str, deadline: float, timeout_s: float) -> None:
         """Wait for bytes of the child until `deadline` (monotonic) and take in the messages that they complete.
@@ -389,7 +422,7 @@ class MethodHost:
                     case "done":
                         self._take_done(header, arrays)
                     case "answer":
-                        self._answer = header
+                        self._take_answer(header)
                     case "error":
                         self._take_error(header, about)
                     case other:
@@ -404,6 +437,12 @@ class MethodHost:
             self._fail(
                 Outcome.INVALID_OUTPUT, f"its process said what nobody understands: {type(error).__name__}: {error}"
             )
+
+    def _take_answer(self, header: messages.Header) -> None:
+        if not self._unanswered:
+            raise messages.WireError("an answer that nobody asked for")
+        self._unanswered -= 1
+        self._answers.append(header)
 
     def _take_done(self, header: messages.Header, arrays: messages.Arrays) -> None:
         number, compute = header.get("number"), header.get("compute")

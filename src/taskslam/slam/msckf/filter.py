@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from taskslam.compiled import njit
 from taskslam.geometry import FloatArray
@@ -66,7 +66,7 @@ class MultiStateFilter:
         self.g = gravity.copy()
         self._baseline = baseline
         self._deviations = np.array([s.gyro_noise, s.acc_noise, s.gyro_bias_noise, s.acc_bias_noise])
-        self._gates = chi2.ppf(s.gate, np.arange(1, s.max_cam_state_size + 1))
+        self._gates = 2.0 * gammaincinv(np.arange(1, s.max_cam_state_size + 1) / 2.0, s.gate)  # chi squared
         self.reset()
 
     def reset(self) -> None:
