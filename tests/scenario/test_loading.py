@@ -84,7 +84,7 @@ def test_overrides_reach_nested_keys(write) -> None:  # type: ignore[no-untyped-
         (("start.x=.nan",), r"start\.x: .*finite"),
         (("sequence.path=[0, 7]",), r"sequence: path\[1\] is 7, but the waypoint table has rows 0 to 1"),
         (("sequence.path=[0]",), "sequence is empty"),
-        (("world.file=a.world",), "either `name`"),
+        (("world.file=a.world",), "give one of `name`"),
         (("protocol",), r"expected a\.b=value"),
         (("name.x=1",), "'name' holds a value"),
     ],

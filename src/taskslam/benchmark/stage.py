@@ -19,6 +19,7 @@ from taskslam.scenario import Scenario, WorldSource, check_scenario
 from taskslam.slam.guest.latency import LatencyModel
 from taskslam.world import FloorPlan, World
 from taskslam.world.digest import plan_digest, world_digest
+from taskslam.world.extrusion import extruded_world
 from taskslam.world.loading import load_world
 from taskslam.world.map_server import load_floor_plan
 from taskslam.world.slicing import slice_floor_plan
@@ -105,7 +106,9 @@ def _prepared(scenario: Scenario, robot: Robot, world_paths: Sequence[Path], obs
 def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path]) -> World:
     """The world of a scenario, its floor at z = 0. Raises WorldError; ScenarioError if it names none."""
     source = source_of(scenario)
-    if source.name is not None:
+    if source.walls is not None:
+        world = extruded_world(_plan(scenario, None), source.walls, scenario.name)
+    elif source.name is not None:
         world = load_world(source.name)
     else:
         file = find_world(scenario, world_paths)
@@ -117,8 +120,8 @@ def source_of(scenario: Scenario) -> WorldSource:
     """Where a scenario's world comes from. Raises ScenarioError if it names none."""
     if scenario.world is None:
         raise ScenarioError(
-            f"scenario {scenario.name}: it names no world, and the simulator needs one; expected `world: {{name: ...}}`"
-            " or `world: {file: ...}`"
+            f"scenario {scenario.name}: it names no world, and the simulator needs one; expected `world:"
+            " {name: ...}`, `world: {file: ...}`, or `world: {walls: 2.2}` to raise walls on its map"
         )
     return scenario.world
 

@@ -13,8 +13,9 @@ AboveFloor = Annotated[float, Field(gt=0, le=1e4)]
 
 
 class WorldSource(Part):
-    """Where the world comes from: a registered world by `name`, or a Gazebo `file` of the user's own copy.
+    """Where the world comes from: a registered world by `name`, a Gazebo `file` of the user's own copy, or `walls`.
 
+    walls: m; walls so high are raised on the occupied cells of `floor_plan.map`.
     source: the public repository to clone. resource_paths: folders with models, relative to the world file.
     floor_height: z of the floor that the robot drives on, in the world file; the world is lowered by it.
     exclude: models to leave out, by name: a robot that stands at the start, a door that is to be open.
@@ -23,6 +24,7 @@ class WorldSource(Part):
 
     name: str | None = None
     file: str | None = None
+    walls: Annotated[float, Field(gt=0.1, le=100)] | None = None
     source: str = ""
     resource_paths: tuple[str, ...] = ()
     floor_height: Height = 0.0
@@ -30,15 +32,17 @@ class WorldSource(Part):
     lidar_geometry: Literal["visual", "collision"] = "visual"
 
     @model_serializer(mode="wrap")
-    def _without_empty_list(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """An empty `exclude` is not written, so that runs of before it was there keep their digest."""
+    def _without_what_came_later(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """What is not given is not written of `exclude` and `walls`: runs of before these keep their digest."""
         content: dict[str, Any] = write(self)
-        return content if self.exclude else {key: value for key, value in content.items() if key != "exclude"}
+        return {key: value for key, value in content.items() if value or key not in ("exclude", "walls")}
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> WorldSource:
-        if (self.name is None) == (self.file is None):
-            raise ValueError("give either `name` (a registered world) or `file` (a Gazebo world)")
+    def _one_of_three(self) -> WorldSource:
+        if sum(source is not None for source in (self.name, self.file, self.walls)) != 1:
+            raise ValueError(
+                "give one of `name` (a registered world), `file` (a Gazebo world) and `walls` (m, raised on the map)"
+            )
         return self
 
 
@@ -79,4 +83,6 @@ class Scenario(Task):
     def _some_floor_plan(self) -> Scenario:
         if self.world is None and self.floor_plan.map is None:
             raise ValueError("give `world`, or `floor_plan.map` where the robot brings a world of its own")
+        if self.world is not None and self.world.walls is not None and self.floor_plan.map is None:
+            raise ValueError("`world.walls` are raised on a map: give `floor_plan.map`")
         return self
