@@ -47,7 +47,7 @@ def test_a_robot_that_brings_its_own_world_needs_only_a_map(hall: Path, tmp_path
 
 def test_its_goals_are_still_held_against_the_map(hall: Path) -> None:
     hall.write_text(TOUR % "4.1")
-    with pytest.raises(ScenarioError, match="goal 1 at"):
+    with pytest.raises(ScenarioError, match="goal 2 at"):
         set_stage(load_scenario(hall), [], Observer())
 
 

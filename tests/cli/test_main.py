@@ -140,8 +140,8 @@ def test_a_floor_plan_of_another_place_is_refused(taskslam: Run, write_tour: Cal
 @pytest.mark.parametrize(
     ("override", "words"),
     [
-        ("sequence.waypoints=[[2.9, 0.0, 0.0]]", ["goal 0 at (2.9, 0)", "from an obstacle"]),
-        ("sequence.waypoints=[[5.0, 0.0, 0.0]]", ["goal 0"]),
+        ("sequence.waypoints=[[2.9, 0.0, 0.0]]", ["goal 1 at (2.9, 0)", "from an obstacle"]),
+        ("sequence.waypoints=[[5.0, 0.0, 0.0]]", ["goal 1"]),
         ("sequence.waypoints=[]", ["sequence is empty"]),
         ("sequence.path=[0, 4]", ["sequence: path[1] is 4"]),
         ("protocol.ruonds=4", ["protocol.ruonds", "Did you mean 'rounds'"]),

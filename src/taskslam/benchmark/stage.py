@@ -93,14 +93,22 @@ def set_stage(scenario: Scenario, world_paths: Sequence[Path], observer: Observe
 
 def _prepared(scenario: Scenario, robot: Robot, world_paths: Sequence[Path], observer: Observer) -> Stage:
     build_planner(scenario.planner, robot)
+    world, plan = load_place(scenario, world_paths, observer)
+    check_scenario(scenario, plan, world, robot)
+    return Stage(scenario, world, plan, robot)
+
+
+def load_place(scenario: Scenario, world_paths: Sequence[Path], observer: Observer) -> tuple[World | None, FloorPlan]:
+    """The world of a scenario, if it names one, and its floor plan; the tour is not looked at.
+
+    Raises WorldError, FloorPlanError, ScenarioError.
+    """
     world = None
     if scenario.world is not None:
         observer.stage("loading the world")
         world = load_scenario_world(scenario, world_paths)
     observer.stage("preparing the floor plan")
-    plan = _plan(scenario, world)
-    check_scenario(scenario, plan, world, robot)
-    return Stage(scenario, world, plan, robot)
+    return world, _plan(scenario, world)
 
 
 def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path]) -> World:

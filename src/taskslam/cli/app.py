@@ -16,11 +16,13 @@ from taskslam.cli import (
     lab,
     measure,
     methods,
+    place,
     planners,
     replay,
     report,
     ros,
     run,
+    scenarios,
     suite,
     tags,
     worlds,
@@ -48,6 +50,8 @@ app.command("import-trials")(import_trials.import_trials)
 app.command("report")(report.report)
 app.command("figures")(figures.figures)
 app.command("compare")(compare.compare)
+app.add_typer(scenarios.app, name="scenarios")
+app.add_typer(place.app, name="place")
 app.add_typer(worlds.app, name="worlds")
 app.add_typer(methods.app, name="methods")
 app.add_typer(planners.app, name="planners")

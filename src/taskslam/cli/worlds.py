@@ -107,7 +107,7 @@ def render(
     from taskslam.simulation.rendering import world_pictures
     from taskslam.world.loading import load_world
 
-    viewpoint = _parse_pose(pose)
+    viewpoint = parse_pose(pose, "--pose")
     world = load_world(reference, resource_path or ())
     pictures = {
         "top_down.png": world_pictures.top_down(world, size, cut),
@@ -125,7 +125,8 @@ def render(
         say(str(out / name))
 
 
-def _parse_pose(text: str) -> SE2:
+def parse_pose(text: str, option: str) -> SE2:
+    """A pose x,y,yaw as an option gives it, m and rad. Raises InputError."""
     from taskslam.errors import InputError
     from taskslam.geometry import SE2
 
@@ -135,7 +136,7 @@ def _parse_pose(text: str) -> SE2:
     except ValueError:
         pose = SE2(float("nan"))
     if not pose.is_finite():
-        raise InputError(f"--pose is '{text}'; expected x,y,yaw in metres and radians, for example 1.5,-2,0.8.")
+        raise InputError(f"{option} is '{text}'; expected x,y,yaw in metres and radians, for example 1.5,-2,0.8.")
     return pose
 
 

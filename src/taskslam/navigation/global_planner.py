@@ -18,6 +18,7 @@ from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.settings import GlobalPlannerSettings
 
 Grid = npt.NDArray[np.uint8]
+_NOWHERE = (-1, -1)  # a goal that is never come to: every cell is
 
 
 def plan_path(costmap: GlobalCostmap, start: SE2, goal: SE2, settings: GlobalPlannerSettings) -> FloatArray | None:
@@ -42,6 +43,17 @@ def plan_path(costmap: GlobalCostmap, start: SE2, goal: SE2, settings: GlobalPla
     points[0] = start.x, start.y
     points[-1] = goal.x, goal.y
     return points
+
+
+def travel_costs(costmap: GlobalCostmap, start: SE2, settings: GlobalPlannerSettings) -> FloatArray:
+    """(rows, columns) what it costs to come from `start` to each cell, as paths are planned; inf: there is no way."""
+    cell = costmap.cell_of(start.x, start.y)
+    if cell is None:
+        return np.full(costmap.cost.shape, np.inf)
+    costs: FloatArray = _potential(
+        costmap.cost, *cell, *_NOWHERE, settings.neutral_cost, settings.cost_factor, settings.lethal_cost
+    )
+    return costs
 
 
 @njit(cache=True)

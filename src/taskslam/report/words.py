@@ -30,6 +30,11 @@ def centimetres(metres: float | None) -> str:
     return f"{value:.0f}" if value >= 99.95 else f"{value:.1f}" if value >= 9.995 else f"{value:.2f}"
 
 
+def whole_centimetres(metres: float) -> str:
+    """Metres in whole centimetres, as a clearance is told."""
+    return f"{100 * metres:.0f}" if math.isfinite(metres) else DASH
+
+
 def length(metres: float) -> str:
     """A length in a sentence: centimetres below one metre, metres above."""
     return f"{centimetres(metres)} cm" if metres < 0.9995 else f"{metres:.2f} m"

@@ -24,20 +24,33 @@ def check_scenario(scenario: Scenario, plan: FloorPlan, world: World | None, rob
     """
     if world is not None:
         _check_overlap(plan, world, robot)
+    for fault in faults_of_places(scenario, plan, robot):
+        if fault:
+            raise ScenarioError(fault)
+
+
+def faults_of_places(scenario: Scenario, plan: FloorPlan, robot: Robot) -> list[str]:
+    """What is wrong with the start and with every goal, in this order; empty where nothing is."""
     clearance = clearance_map(plan)
     places = [("the start", scenario.start)]
-    places += [(f"goal {index}", goal) for index, goal in enumerate(scenario.sequence.goals)]
+    places += [(f"goal {number}", goal) for number, goal in enumerate(scenario.sequence.goals, start=1)]
     radius = robot.footprint.radius
-    for what, place in places:
-        _check_place(what, place, plan, clearance, radius)
     regions, _ = ndimage.label(clearance > radius, structure=np.ones((3, 3)))
-    home = _cell(plan, scenario.start)
-    for what, place in places[1:]:
-        if regions[_cell(plan, place)] != regions[home]:
-            raise ScenarioError(
+    faults: list[str] = []
+    for what, place in places:
+        fault = _fault_of_place(what, place, plan, clearance, radius)
+        # from a start that is no place nothing is reachable, which would be said of every goal
+        if (
+            not fault
+            and not (faults and faults[0])
+            and regions[_cell(plan, place)] != regions[_cell(plan, scenario.start)]
+        ):
+            fault = (
                 f"{what} at ({place.x:g}, {place.y:g}) cannot be reached from the start at ({scenario.start.x:g},"
                 f" {scenario.start.y:g}): no way for a robot of {2 * radius:.2f} m diameter on the floor plan"
             )
+        faults.append(fault)
+    return faults
 
 
 def clearance_map(plan: FloorPlan) -> npt.NDArray[np.float64]:
@@ -54,21 +67,22 @@ def _cell(plan: FloorPlan, place: Waypoint) -> tuple[int, int]:
     return int(row), int(column)
 
 
-def _check_place(
+def _fault_of_place(
     what: str, place: Waypoint, plan: FloorPlan, clearance: npt.NDArray[np.float64], radius: float
-) -> None:
+) -> str:
     row, column = _cell(plan, place)
     rows, columns = plan.cells.shape
     at = f"{what} at ({place.x:g}, {place.y:g})"
     if not (0 <= row < rows and 0 <= column < columns):
-        raise ScenarioError(f"{at} lies outside the floor plan of {rows} x {columns} cells")
+        return f"{at} lies outside the floor plan of {rows} x {columns} cells"
     if plan.cells[row, column] == OCCUPIED:
-        raise ScenarioError(f"{at} lies inside a wall of the floor plan; expected a free cell")
+        return f"{at} lies inside a wall of the floor plan; expected a free cell"
     if clearance[row, column] <= radius:
-        raise ScenarioError(
+        return (
             f"{at} is {clearance[row, column]:.2f} m from an obstacle of the floor plan;"
             f" the robot needs more than its radius of {radius:.3f} m"
         )
+    return ""
 
 
 def _check_overlap(plan: FloorPlan, world: World, robot: Robot) -> None:

@@ -34,6 +34,7 @@ from taskslam.world.pgm import read_pgm, write_pgm
 
 _FORMATS = ("PNG", "BMP", "TIFF", "JPEG", "GIF", "WEBP", "PPM")
 _PICTURES = (b"\x89PNG", b"BM", b"II*\0", b"MM\0*", b"\xff\xd8", b"GIF8", b"RIFF", b"P1", b"P3", b"P4", b"P6")
+_HALF = 127.5
 _GREY_OF = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}  # what map_saver writes
 
 
@@ -94,6 +95,26 @@ def load_floor_plan(yaml_path: Path, free_205: bool = False) -> FloorPlan:
     if free_205:
         cells[(cells == UNKNOWN) & (image.grey == 205)[image.levels]] = FREE
     return FloorPlan(np.ascontiguousarray(cells[::-1]), settings.resolution, SE2(*settings.origin))
+
+
+def plan_of_picture(picture: Path, scale: float | None = None, width: float = 0.0, cell: float = 0.05) -> FloorPlan:
+    """A floor plan from a drawing: dark is wall, the rest is free. Its lower left corner is the origin of `map`.
+
+    scale: m per pixel; without it, width: m from the left to the right edge. cell: m, at least; a cell is OCCUPIED
+    where anything in it is dark.
+
+    Raises FloorPlanError: the picture cannot be read, or would be more than a floor plan can be.
+    """
+    image = _read_image(picture, picture.name, average_alpha=False)
+    dark = (image.grey < _HALF)[image.levels]
+    if image.opaque is not None:
+        dark &= image.opaque
+    scale = scale or width / dark.shape[1]
+    step = max(1, round(cell / scale))
+    rows, columns = (-(-size // step) for size in dark.shape)
+    padded = np.pad(dark[::-1], ((0, rows * step - dark.shape[0]), (0, columns * step - dark.shape[1])))
+    occupied = padded.reshape(rows, step, columns, step).any(axis=(1, 3))
+    return FloorPlan(np.where(occupied, np.uint8(OCCUPIED), np.uint8(FREE)), step * scale, SE2())
 
 
 def save_floor_plan(plan: FloorPlan, yaml_path: Path, image: Literal["pgm", "png"] = "pgm") -> None:
