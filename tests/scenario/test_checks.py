@@ -36,7 +36,7 @@ def scenario(goal: tuple[float, float]) -> Scenario:
 @pytest.mark.parametrize(
     ("goal", "complaint"),
     [
-        ((-4.1, 0.0), r"goal 0 at \(-4.1, 0\) lies inside a wall"),
+        ((-4.1, 0.0), r"goal 1 at \(-4.1, 0\) lies inside a wall"),
         ((-3.98, 0.0), "needs more than its radius"),
         ((3.2, 0.0), "cannot be reached from the start"),
         ((9.0, 0.0), "lies outside the floor plan"),
