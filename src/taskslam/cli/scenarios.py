@@ -84,6 +84,41 @@ def preview(
 
 
 @app.command()
+def edit(
+    reference: _Reference,
+    out: Annotated[Path | None, typer.Option(help="File to save into; default: FILE itself.")] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in your browser.")] = True,
+    world_path: _WorldPath = None,
+    set_: _Set = None,
+) -> None:
+    """Edit a tour on its floor plan in the browser: click, drag, turn, save. The page is served to this machine alone.
+
+    Example: `taskslam scenarios edit house --out my_tour.yaml`
+    """
+    import webbrowser
+
+    from taskslam.errors import InputError
+    from taskslam.report.loopback import LoopbackServer
+    from taskslam.report.page.editor import Editor
+
+    target = out or Path(reference)
+    if target.suffix not in (".yaml", ".yml"):
+        raise InputError(f"'{target}' is no file to save into; expected --out FILE.yaml")
+    scenario, plan, robot = _loaded(reference, world_path, set_)
+    editor = Editor(scenario, plan, robot, target)
+    try:
+        server = LoopbackServer(editor.page, editor.acts, port)
+    except OSError as error:
+        raise InputError(f"--port {port}: {error.strerror}; expected a free one, or 0") from error
+    with server:
+        say(f"{server.url}  (Ctrl-C ends it; what is saved is in {target})")
+        if browser:
+            webbrowser.open(server.url)
+        server.serve_forever()
+
+
+@app.command()
 def propose(
     reference: _Reference,
     goals: Annotated[int, typer.Option(min=1, max=200, help="How many.")] = 12,

@@ -32,11 +32,19 @@ class Entry:
 
 
 def render(
-    template: str, legend: Sequence[Entry], modes: Iterable[str], parts: Sequence[tuple[str, str]], **content: Any
+    template: str,
+    legend: Sequence[Entry],
+    modes: Iterable[str],
+    parts: Sequence[tuple[str, str]],
+    served_by: str = "",
+    **content: Any,
 ) -> str:
-    """The page that a template gives. legend, modes: what its filter offers; parts: anchors and names of its links."""
-    style = _style(legend, modes)
-    script = _own("page.js")
+    """The page that a template gives. legend, modes: what its filter offers; parts: anchors and names of its links.
+
+    served_by: name of the style sheet and the script of a page that talks with the program that serves it.
+    """
+    style = _style(legend, modes) + (_own(f"{served_by}.css") if served_by else "")
+    script = _own(f"{served_by or 'page'}.js")
     environment = Environment(
         loader=PackageLoader("taskslam.report.page"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
@@ -49,7 +57,7 @@ def render(
         palette=palette,
         style=Markup(style),  # noqa: S704 our own file, no input in it
         script=Markup(script),  # noqa: S704 our own file, no input in it
-        policy=_policy(style, script),
+        policy=_policy(style, script) + ("; connect-src 'self'" if served_by else ""),
         **content,
     )
 
