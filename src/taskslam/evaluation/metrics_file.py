@@ -268,6 +268,11 @@ class RunMetrics(_Part):
         return self
 
     @property
+    def seeds(self) -> tuple[int, ...]:
+        """Its one seed, as a row of several has them."""
+        return (self.seed,)
+
+    @property
     def headline(self) -> Headline:
         """The published numbers among these."""
         return Headline(
