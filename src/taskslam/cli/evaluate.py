@@ -194,9 +194,8 @@ def _table(title: str, columns: tuple[str, ...], seeds: str = "seeds") -> Table:
 
 
 def _whose(row: Row) -> tuple[str, str, str]:
-    from taskslam.report.words import seeds
-
-    return (row.method, Mode(row.mode).short, seeds(row.seeds))
+    seeds = len(set(row.seeds))
+    return (row.method, Mode(row.mode).short, "one" if seeds == 1 else str(seeds))
 
 
 def _who(label: str, run: RunMetrics) -> tuple[str, str, str]:

@@ -13,7 +13,7 @@ and S seeds find a ratio of 1 + d with the power of the noncentral t distributio
 
 (Cohen: Statistical Power Analysis for the Behavioral Sciences, 1988, ch. 2). What methods have in common in a seed
 makes V smaller, so a plan is rather too large. With few seeds the swaps decide: of 6 seeds each must point the same
-way. Up to 12 seeds the power is therefore counted, over draws from the normal distribution with a fixed seed.
+way. Up to 9 seeds the power is therefore counted, over draws from the normal distribution with a fixed seed.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ DETECT = 0.20
 """The relative difference of E that a plan is for, where none is given."""
 
 MOST_SEEDS = 1000
-ROUNDS = range(3, 21)
-"""Rounds that a plan may choose from: below three nothing is said of one seed's own scatter."""
+ROUNDS = range(5, 21)
+"""Rounds that a plan may choose from: the paper's five at least, so that E is comparable with what it publishes."""
 
-_COUNTED = 12  # seeds up to which the power is counted
+_COUNTED = 9  # seeds up to which the power is counted
 _DRAWS = 4000
 
 

@@ -100,7 +100,7 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
     fewest = min(sample.rounds for sample in samples)
     seeds = _seeds(known)
     legs = _legs(samples, level)
-    complete = _completeness(samples, missing, legs)
+    complete = _completeness(samples, missing, legs, level)
     means, E = _means(known, visits, seeds, level) if visits else ({}, [])
     return Uncertainty(
         level=level,
@@ -252,8 +252,11 @@ def _legs_effect(samples: Sequence[Sample]) -> float:
     )
 
 
-def _completeness(samples: Sequence[Sample], missing: int, legs: Legs) -> Interval:
-    """What the protocol makes of the failure chance per leg; widened where needed to hold what was observed."""
+def _completeness(samples: Sequence[Sample], missing: int, legs: Legs, level: float) -> Interval:
+    """What the protocol makes of the failure chance per leg; widened where needed to hold what was observed.
+
+    Where seeds differ, that is no chance which all legs share: then widened by Student's interval over the seeds too.
+    """
     planned = sum(sample.planned for sample in samples) + missing
     observed = sum(sample.complete for sample in samples) / planned
     low, high = (
@@ -267,7 +270,21 @@ def _completeness(samples: Sequence[Sample], missing: int, legs: Legs) -> Interv
         / planned
         for chance in (legs.failure_chance.high, legs.failure_chance.low)
     )
-    return Interval(low=min(low, observed), high=max(high, observed))
+    seeds = _completeness_of_seeds(samples)
+    if len(seeds) > 1:
+        half = float(intervals.quantile(level, len(seeds) - 1) * np.std(seeds, ddof=1)) / math.sqrt(len(seeds))
+        low, high = min(low, observed - half), max(high, observed + half)
+    return Interval(low=max(min(low, observed), 0.0), high=min(max(high, observed), 1.0))
+
+
+def _completeness_of_seeds(samples: Sequence[Sample]) -> list[float]:
+    """The completeness of each seed; of one seed alone, nothing."""
+    if not several_seeds((sample.scenario, sample.seed) for sample in samples):
+        return []
+    own: dict[int, list[Sample]] = {}
+    for sample in samples:
+        own.setdefault(sample.seed, []).append(sample)
+    return [sum(s.complete for s in seed) / sum(s.planned for s in seed) for seed in own.values()]
 
 
 def _n_auc(
