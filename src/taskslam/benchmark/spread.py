@@ -43,8 +43,8 @@ def spread_runs(
         group, repeat = index % groups, index // groups
         found.append(SpreadRun(THREADS, group, f"threads/{repeat}", with_seeds(group, group)))
         if seed_option:
-            found.append(SpreadRun(NOISE, group, "noise_held", with_seeds(group, 1000 + repeat)))
-            found.append(SpreadRun(METHOD_SEED, group, "method_seed_held", with_seeds(1000 + repeat, group)))
+            found.append(SpreadRun(NOISE, group, "noise_held", with_seeds(group, 1000 + index)))
+            found.append(SpreadRun(METHOD_SEED, group, "method_seed_held", with_seeds(1000 + index, group)))
         else:
             found.append(SpreadRun(NOISE, group, f"threads/{repeat}", with_seeds(group, group)))
     return tuple(found)

@@ -5,10 +5,10 @@ With V the variance of a result, such as log E, over runs in which everything di
     share of a source that was held fixed   1 - V(held) / V     first-order Sobol index, Var(E[y | source]) / V
     share of a source that alone differed   V(alone) / V        the same of a source that adds to the others
 
-(Saltelli et al.: Global Sensitivity Analysis, 2008, ch. 1). Threads cannot be held fixed: they are what is left where the
-very same run is driven again. A source may be held at several values; then the variance within each is pooled. What
-the shares leave to 1 is interaction. The ratio of two variances of normal values has the interval of the F distribution,
-which is wide: ten runs a side tell a share to about a half.
+(Saltelli et al.: Global Sensitivity Analysis, 2008, ch. 1). Threads cannot be held fixed: they are what is left where
+the very same run is driven again. A source may be held at several values; then the variance within each is pooled.
+What the shares leave to 1 is interaction. The ratio of two variances of normal values has the interval of the F
+distribution, which is wide: ten runs a side tell a share to about a half.
 """
 
 from __future__ import annotations
