@@ -113,13 +113,13 @@ def completeness_coverage(random: np.random.Generator, T: int, S: int, chances: 
 
 
 def simulated_power(
-    random: np.random.Generator, design: power.Design, scatter: power.Scatter, ratio: float, campaigns: int, N: int = 12
+    random: np.random.Generator, design: power.Design, scatter: power.Scatter, ratio: float, campaigns: int
 ) -> float:
     """Share of campaigns in which both tests tell two methods apart, which scatter as the plan was told.
 
     A round adds its part at all waypoints, as one bad drive does, and a seed its own to all its rounds.
     """
-    told = 0
+    told, N = 0, 2
     for index in range(campaigns):
         sides = []
         for size in (1.0, ratio):
