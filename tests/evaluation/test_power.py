@@ -62,6 +62,13 @@ def test_a_smaller_difference_and_more_methods_need_more_seeds():
         runs_needed(0.0)
 
 
+def test_a_plan_is_said_in_words():
+    design = runs_needed()
+    assert design.words == f"{design.seeds} seeds of 5 rounds, power {design.power:.0%}"
+    assert design.driven() == design.seeds * 5
+    assert design.driven(with_map=True) == design.seeds * 6
+
+
 def test_rounds_pay_only_where_rounds_scatter():
     assert runs_needed(0.2, Scatter(0.2, 0.0), with_map=True).rounds == 5
     assert runs_needed(0.2, Scatter(0.0, 0.6), with_map=True).rounds > 5  # a priming round for each seed

@@ -134,6 +134,24 @@ def test_a_seed_that_completes_less_leaves_gaps(seeded, scattered):
     assert pooled.uncertainty.precision_m.low < pooled.position.precision_m < pooled.uncertainty.precision_m.high
 
 
+def test_a_method_that_one_of_three_seeds_completed_has_no_interval(seeded, build):
+    from taskslam.evaluation import run_metrics
+    from taskslam.outcomes import Outcome
+    from taskslam.record import load_run
+
+    runs = seeded("a", 0.02, 1)
+    for seed in (1, 2):
+        lost = build(f"lost{seed}", goals=6)
+        lost.round(0, {}, failed=(0, Outcome.LOST))
+        runs.append(run_metrics(load_run(lost.write(method="a", seed=seed)), f"lost{seed}"))
+    (row,) = rows_of({"a": runs})
+    assert row.position.precision_m == runs[0].position.precision_m
+    assert row.uncertainty.seeds == 1
+    assert [row.quantities[key].low for key in ("precision", "estimation_precision", "accuracy")] == [None] * 3
+    assert row.quantities["completeness"].low == 0.0
+    assert row.quantities["completeness"].high > 0.9  # one of three
+
+
 def test_three_seeds_describe_and_six_decide(seeded):
     three = compare_methods({"good": seeded("good", 0.005, 3), "worse": seeded("worse", 0.05, 3)})[0]
     assert three.over_seeds

@@ -141,7 +141,9 @@ def pool(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Pooled:
             accuracy_rad=_mean(_defined(waypoint.orientation.accuracy_rad for waypoint in complete)),
         ),
         area=pooled_area(runs, missing),
-        uncertainty=uncertainty([sample_of(run) for run in runs], sum(missing)),
+        uncertainty=uncertainty([sample_of(run) for run in runs], sum(missing))
+        if len(runs) > 1 or missing
+        else runs[0].uncertainty,
         failures_by_kind=dict(sorted(failures.items())),
         frames=sum(run.frames for run in runs),
         dropped_frames=sum(run.dropped_frames for run in runs),

@@ -72,6 +72,11 @@ class Design:
     seeds: int
     power: float
 
+    @property
+    def words(self) -> str:
+        """As a plan says it: `30 seeds of 5 rounds, power 81%`."""
+        return f"{self.seeds} seeds of {self.rounds} rounds, power {self.power:.0%}"
+
     def driven(self, with_map: bool = False) -> int:
         """Rounds to drive for each method, the priming round of every seed included."""
         return self.seeds * (self.rounds + with_map)

@@ -98,10 +98,11 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
     if len(visits) < len(known):
         visits = []
     fewest = min(sample.rounds for sample in samples)
-    seeds = _seeds(known)
+    several = several_seeds((sample.scenario, sample.seed) for sample in samples)
+    seeds = len({sample.seed for sample in known}) if several else 1
     legs = _legs(samples, level)
     complete = _completeness(samples, missing, legs, level)
-    means, E = _means(known, visits, seeds, level) if visits else ({}, [])
+    means, E = _means(known, visits, several, level) if visits else ({}, [])
     return Uncertainty(
         level=level,
         precision_m=_interval(means, "total"),
@@ -113,7 +114,7 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
         n_auc_exact=_n_auc(samples, missing, E, means.get("total"), complete) if fewest > 1 else None,
         precision_unbiased_m=_unbiased(visits) if visits and fewest >= 2 else None,
         legs=legs,
-        rounds_to_halve=intervals.rounds_to_halve(fewest, level) if fewest >= 3 and seeds == 1 else None,
+        rounds_to_halve=intervals.rounds_to_halve(fewest, level) if fewest >= 3 and not several else None,
         seeds=seeds,
         seeds_to_halve=intervals.rounds_to_halve(seeds, level) if seeds >= 3 else None,
     )
@@ -123,24 +124,19 @@ Ends = tuple[float, float]
 """A mean and half its interval's width, as a logarithm."""
 
 
-def _seeds(known: Sequence[Sample]) -> int:
-    """Seeds that intervals are over: of those that completed a waypoint, if any scenario was driven with several."""
-    if not several_seeds((sample.scenario, sample.seed) for sample in known):
-        return 1
-    return len({sample.seed for sample in known})
-
-
 def _means(
-    known: Sequence[Sample], visits: Sequence[FloatArray], seeds: int, level: float
+    known: Sequence[Sample], visits: Sequence[FloatArray], several: bool, level: float
 ) -> tuple[dict[str, Ends], list[FloatArray]]:
-    """Means as far as the rounds allow, and E of every waypoint.
+    """Means as far as rounds, and seeds if there are several, allow; and E of every waypoint.
 
     E (`total`, and at these very waypoints `here`), e (`position`), Delta (`turn`) and delta (`heading`).
     """
     fewest = min(len(v) for v in visits)
     goals = [sample.goals for sample in known if sample.goals is not None]
     placed = len(goals) == len(visits)
-    if seeds > 1:
+    if several and len({sample.seed for sample in known}) < 2:
+        return {}, []
+    if several:
         spread, E = _spread_of_seeds(known, visits, level) if fewest >= 2 else ({}, [])
         return spread | (_distance_of_seeds(known, visits, goals, level) if placed else {}), E
     spread, E = _spread(visits, level) if fewest >= 3 else ({}, [])

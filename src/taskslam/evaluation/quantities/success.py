@@ -17,7 +17,7 @@ from scipy.special import betaincinv
 from taskslam.evaluation.intervals import LEVEL, quantile
 from taskslam.evaluation.metrics_file import Interval, RunMetrics, Uncertainty, WaypointMetrics
 from taskslam.evaluation.quantity import Dimension, Quantity, WorseIs
-from taskslam.evaluation.seeds import Place, design_effect, seed_table, spread
+from taskslam.evaluation.seeds import Place, design_effect, seed_table, several_seeds, spread
 from taskslam.evaluation.tolerance import ArrivalSpread, arrival_spread, success
 from taskslam.geometry import FloatArray, wrap
 
@@ -71,7 +71,7 @@ def _of_waypoint(waypoint: WaypointMetrics) -> float | None:
     return sum(within) / waypoint.rounds
 
 
-def _interval(runs: Sequence[RunMetrics], sure: Uncertainty) -> Interval | None:
+def _interval(runs: Sequence[RunMetrics], sure: Uncertainty) -> Interval | None:  # noqa: ARG001 an interval of its own
     """Jeffreys' interval, with as many independent arrivals as the scatter between waypoints, and seeds, leaves.
 
     Arrivals at one waypoint are alike: with shares s_i of n_i arrivals, the variance of their mean over that of
@@ -82,7 +82,7 @@ def _interval(runs: Sequence[RunMetrics], sure: Uncertainty) -> Interval | None:
     counts = np.array([waypoint.rounds for *_, waypoint in judged], dtype=np.float64)
     share, n = float(hits.sum() / counts.sum()), float(counts.sum())
     if 0 < share < 1:
-        if sure.seeds > 1:
+        if several_seeds((run.scenario, run.seed) for run in runs):
             n = _independent_over_seeds([(seed, place) for seed, place, _ in judged], hits, counts)
         else:
             n /= design_effect(hits.tolist(), counts.tolist())
