@@ -7,7 +7,7 @@ the scatter of its arrivals by a factor of its own, and each waypoint's a little
 - for plans of `evaluation/power.py`, the power that they state and the share of 2000 campaigns that tell methods apart,
 - for `evaluation/sequential.py`, the share of 2000 campaigns of alike methods that ever called two of them different.
 
-    python benchmarks/seed_coverage.py [--trials 4000]
+    python benchmarks/seed_coverage.py [--trials 2000]
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def false_alarms(random: np.random.Generator, tails: str, methods: int, campaign
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=4000)
+    parser.add_argument("--trials", type=int, default=2000)
     trials = parser.parse_args().trials
     random = np.random.default_rng(0)
     print(
