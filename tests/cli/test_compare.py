@@ -69,7 +69,7 @@ def test_wrong_rules_are_an_error_of_the_user(results, rules):
 
 def test_wrong_files_are_an_error_of_the_user(results, tmp_path):
     (tmp_path / "metrics.json").write_text('{"format": "taskslam-metrics/1", "runs": []}')
-    with pytest.raises(RecordError, match=r"metrics\.json: expected 'taskslam-metrics/3'") as caught:
+    with pytest.raises(RecordError, match=r"metrics\.json: expected 'taskslam-metrics/4'") as caught:
         invoke(tmp_path / "metrics.json", results, catch=False)
     assert caught.value.exit_status == 2
     with pytest.raises(RecordError, match="no such folder"):

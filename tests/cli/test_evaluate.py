@@ -37,7 +37,7 @@ def test_the_summary_alone_fits_100_columns(results):
 
 
 def test_on_a_narrow_screen_intervals_go_and_names_stay(results):
-    wide, middle, narrow = (invoke(results, "--no-waypoints", columns=n).output for n in ("160", "100", "80"))
+    wide, middle, narrow = (invoke(results, "--no-waypoints", columns=n).output for n in ("190", "100", "80"))
     row = {output: next(line for line in output.splitlines() if "karto" in line) for output in (wide, middle, narrow)}
     assert ["[" in row[output] for output in (wide, middle, narrow)] == [True, False, False]
     assert ["E_SLAM" in output for output in (wide, middle, narrow)] == [True, True, False]

@@ -13,7 +13,10 @@ def test_a_method_that_is_five_times_as_repeatable_is_told_apart(scattered):
     assert found.p_permutation == pytest.approx(2 / 252)
     assert found.cliffs_delta == -1.0
     assert found.better_at == found.waypoints == 6
-    sentence = r"good is more repeatable than bad here: [\d.]+ against [\d.]+ cm at 6 common waypoints, ratio 0\.\d+ \["
+    sentence = (
+        r"good is more repeatable than bad here: [\d.]+ against [\d.]+ cm at 6 common waypoints, one seed,"
+        r" ratio 0\.\d+ \["
+    )
     assert re.match(sentence, found.verdict)
 
 

@@ -55,7 +55,7 @@ def test_the_file_has_the_documented_keys_and_null_for_what_is_not_defined(build
     text = path.read_text()
     assert "NaN" not in text
     content = json.loads(text)
-    assert content["format"] == "taskslam-metrics/3"
+    assert content["format"] == "taskslam-metrics/4"
     assert content["definitions"] == "paper"
     (run,) = content["runs"]
     assert {"scenario", "method", "mode", "seed", "completeness", "waypoints", "failures", "simulated_s"} <= run.keys()

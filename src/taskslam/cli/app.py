@@ -6,6 +6,7 @@ import typer
 
 from taskslam.cli import (
     camera,
+    choose,
     compare,
     doctor,
     evaluate,
@@ -41,6 +42,7 @@ app = typer.Typer(
 app.command("demo")(run.demo)
 app.command("run")(run.run)
 app.command("suite")(suite.suite)
+app.command("choose")(choose.choose)
 app.command("lab")(lab.lab)
 app.command("evaluate")(evaluate.evaluate)
 app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories)

@@ -17,7 +17,7 @@ from taskslam.printable import printable
 if TYPE_CHECKING:
     from rich.console import Console
 
-_UNWATCHED = 160  # columns; a pipe or the log of a CI has no edge, and rich would assume 80 and cut names off
+_UNWATCHED = 190  # columns; a pipe or the log of a CI has no edge, and rich would assume 80 and cut names off
 
 
 def say(text: str, err: bool = False) -> None:

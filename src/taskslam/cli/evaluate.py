@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from taskslam.evaluation import MetricsFile, RunMetrics
-    from taskslam.evaluation.metrics_file import Measured
+    from taskslam.evaluation.metrics_file import Measured, Row
     from taskslam.report.tables.columns import Column
 
 _FEW_RUNS, _MOST_RUNS = 40, 500  # shown by waypoint; shown at all
 _MOST_PAIRS = 10  # of methods, whose comparison is shown
-_EVERYTHING, _WITH_INTERVALS = 100, 160  # columns of the screen: for all quantities, and for their intervals
+_EVERYTHING, _WITH_INTERVALS = 100, 190  # columns of the screen: for all quantities, and for their intervals
 
 
 def evaluate(
@@ -79,7 +79,10 @@ def evaluate(
 
 
 def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:
-    """Two tables a scenario: how well it went, and what it took. Where the screen is narrow, the essential alone."""
+    """Two tables a scenario: how well it went, and what it took; a method's seeds in one row.
+
+    Where the screen is narrow, the essential alone.
+    """
     from taskslam.report.tables.columns import COMPLETE, DROPPED, REAL_TIME, quantity_columns
 
     everything, wide = console.width >= _EVERYTHING, console.width >= _WITH_INTERVALS
@@ -89,17 +92,17 @@ def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]
         results = _table(f"{scenario}: results", tuple(column.heading for column in columns))
         took = ("failures", "sim. min", *(column.heading for column in effort_of), "method MB")
         effort = _table(f"{scenario}: effort", took)
-        for label, run in zip(labels, metrics.runs, strict=True):
-            if run.scenario != scenario:
+        for row in metrics.rows:
+            if row.scenario != scenario:
                 continue
-            row = _Row(run)
-            results.add_row(*_who(label, run), *(_cell(column, row, wide) for column in columns))
+            entry = _Entry(row)
+            results.add_row(*_whose(row), *(_cell(column, entry, wide) for column in columns))
             effort.add_row(
-                *_who(label, run),
-                str(len(run.failures)),
-                f"{run.simulated_s / 60:.1f}",
-                *(column.text(row) for column in effort_of),
-                _plain(run.method_peak_bytes and run.method_peak_bytes / 1e6, 0),
+                *_whose(row),
+                str(sum(row.failures_by_kind.values())),
+                f"{row.simulated_s / 60:.1f}",
+                *(column.text(entry) for column in effort_of),
+                _plain(row.method_peak_bytes and row.method_peak_bytes / 1e6, 0),
             )
         console.print(results)
         console.print(effort)
@@ -110,17 +113,17 @@ def _print_summary(console: Console, metrics: MetricsFile, labels: Sequence[str]
 
 
 @dataclass(frozen=True)
-class _Row:
-    """A run as a row of a table."""
+class _Entry:
+    """A method over its seeds as a row of a table."""
 
-    numbers: RunMetrics
+    numbers: Row
 
     @property
     def quantities(self) -> Mapping[str, Measured]:
         return self.numbers.quantities
 
 
-def _cell(column: Column, row: _Row, wide: bool) -> str:
+def _cell(column: Column, row: _Entry, wide: bool) -> str:
     """The value, and on a wide screen its interval."""
     between = column.interval(row) if wide else ""
     return f"{column.text(row)} [{between}]" if between else column.text(row)
@@ -159,7 +162,7 @@ def _print_comparisons(console: Console, metrics: MetricsFile) -> None:
 def _print_deviations(console: Console, metrics: MetricsFile, labels: Sequence[str]) -> None:
     """What the published code makes of each run, what the definitions give, and the difference."""
     names = ("as published", "by definition", "difference")
-    table = _table(f"Deviations of the published code: {', '.join(metrics.deviations)}", ("quantity", *names))
+    table = _table(f"Deviations of the published code: {', '.join(metrics.deviations)}", ("quantity", *names), "seed")
     for label, run in zip(labels, metrics.runs, strict=True):
         if run.by_definition is None:
             continue
@@ -175,7 +178,7 @@ def _print_deviations(console: Console, metrics: MetricsFile, labels: Sequence[s
         console.print("\nThe published code gives the same numbers for these runs.")
 
 
-def _table(title: str, columns: tuple[str, ...]) -> Table:
+def _table(title: str, columns: tuple[str, ...], seeds: str = "seeds") -> Table:
     from rich import box
     from rich.table import Table
 
@@ -184,10 +187,15 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
     )
     table.add_column("method", overflow="fold", min_width=12)
     table.add_column("map", no_wrap=True)
-    table.add_column("seed", no_wrap=True, justify="right")
+    table.add_column(seeds, no_wrap=True, justify="right")
     for name in columns:
         table.add_column(name, justify="right", no_wrap=True)
     return table
+
+
+def _whose(row: Row) -> tuple[str, str, str]:
+    seeds = len(set(row.seeds))
+    return (row.method, Mode(row.mode).short, "one" if seeds == 1 else str(seeds))
 
 
 def _who(label: str, run: RunMetrics) -> tuple[str, str, str]:

@@ -32,14 +32,14 @@ def completeness(complete: Iterable[bool]) -> float:
     return sum(flags) / len(flags)
 
 
-def failure_chance(failures: int, legs: int, level: float = LEVEL) -> tuple[float, float]:
+def failure_chance(failures: float, legs: float, level: float = LEVEL) -> tuple[float, float]:
     """Interval for the chance that one leg fails: Jeffreys', with 0 or 1 as its end where all legs ended alike.
 
     Brown, Cai, DasGupta: Interval Estimation for a Binomial Proportion, Statistical Science 16 (2001). Without a leg
-    nothing is known: (0, 1).
+    nothing is known: (0, 1). Of legs that hang together there may be fewer than were driven, and no whole number.
     """
     if not 0 <= failures <= legs:
-        raise ValueError(f"{failures} failures in {legs} legs; expected at most one each")
+        raise ValueError(f"{failures:g} failures in {legs:g} legs; expected at most one each")
     if legs == 0:
         return 0.0, 1.0
     tail = (1 - level) / 2

@@ -11,6 +11,7 @@ from taskslam.errors import RecordError
 from taskslam.evaluation.comparison import METRICS, compare_methods
 from taskslam.evaluation.metrics_file import LeftOut, MetricsFile, RunMetrics, read_metrics
 from taskslam.evaluation.names import method_labels
+from taskslam.evaluation.rows import rows_of
 from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.evaluation.upstream import NONE, Deviations, names_of
 from taskslam.printable import printable
@@ -32,10 +33,12 @@ def evaluate_runs(paths: Sequence[Path], deviations: Deviations = NONE) -> Metri
         if not record.manifest.is_reference:
             rivals.append(found)
     groups = by_method(rivals)
+    rows = rows_of(by_method(metrics), deviations)
     return MetricsFile(
         definitions="upstream" if deviations else "paper",
         deviations=names_of(deviations),
         runs=tuple(metrics),
+        rows=rows,
         comparisons=tuple(found for metric in METRICS for found in compare_methods(groups, metric)),
         left_out=tuple(left_out),
     )

@@ -13,6 +13,7 @@ from taskslam.evaluation import intervals
 from taskslam.evaluation.metrics_file import Interval, RunMetrics
 from taskslam.evaluation.missing import column_mean, filled, known_rounds
 from taskslam.evaluation.permutation import exchange_rounds, flip_signs
+from taskslam.evaluation.seeds import Place, seed_table, spread
 from taskslam.evaluation.uncertainty import complete_visits
 from taskslam.geometry import FloatArray
 
@@ -76,7 +77,8 @@ class Sides:
 class Evidence:
     """values: E or e at the common waypoints, m. difference: mean log ratio; variance: over rounds, with its freedom.
 
-    per_round: variance that one round of each method would have. permutation: p, and the smallest p possible.
+    per_round: variance that one round of each method would have; 0 over seeds. permutation: p, and the smallest p
+    possible. seeds: that the variance is over; with one, it is over rounds.
     """
 
     values_a: FloatArray
@@ -86,6 +88,7 @@ class Evidence:
     freedom: float
     per_round: float
     permutation: tuple[float, float]
+    seeds: int = 1
 
     def interval(self) -> Interval | None:
         """Of the ratio, exp(difference)."""
@@ -105,7 +108,7 @@ class Evidence:
 
     def rounds_needed(self) -> int | None:
         """Smallest M at which a t test at 5 % finds this difference in 80 % of the cases."""
-        if self.variance is None or self.difference == 0:
+        if self.variance is None or self.difference == 0 or self.seeds > 1:
             return None
         M = np.arange(3, MOST_ROUNDS + 1)
         shift = stdtrit(2 * M - 2, 1 - ALPHA / 2) + stdtrit(2 * M - 2, POWER)
@@ -131,6 +134,29 @@ def weigh(pairs: Sequence[tuple[Side, Side]], metric: str, seed: str) -> Evidenc
         freedom=variance**2 / squared if squared else math.inf,
         per_round=per_round,
         permutation=_permutation(pairs, metric, seed),
+    )
+
+
+def weigh_seeds(pairs: Sequence[tuple[int, Sequence[Place], Side, Side]], seed: str) -> Evidence:
+    """The evidence of at least two seeds, each waypoint of each seed with weight 1: rounds nest in seeds (`seeds.py`).
+
+    pairs: a seed, the waypoints of its sides, and these. seed: text that seeds random swaps.
+    """
+    table = seed_table(
+        (own, place, (difference,))
+        for own, places, a, b in pairs
+        for place, difference in zip(places, a.logs - b.logs, strict=True)
+    )
+    sure = spread(table)
+    return Evidence(
+        values_a=np.concatenate([a.values for *_, a, _ in pairs]),
+        values_b=np.concatenate([b.values for *_, b in pairs]),
+        difference=float(sure.mean[0]),
+        variance=float(sure.seeds[0]),
+        freedom=sure.freedom[0],
+        per_round=0.0,
+        permutation=flip_signs(np.nansum(table[0], axis=1), seed),
+        seeds=table.shape[1],
     )
 
 

@@ -111,8 +111,13 @@ def heading_table(headings: FloatArray) -> FloatArray:
 
     Deviations of a few degrees from the circular mean add like lengths, so they are treated as such.
     """
-    line = wrap(headings - circular_mean(headings))[..., None]
+    line = headings_on_a_line(headings)
     return pseudo_values(mean_distance(line), without_each_round(line))
+
+
+def headings_on_a_line(headings: FloatArray) -> FloatArray:
+    """(M, N, 1) angles from the circular mean of each column of (M, N) headings, rad."""
+    return np.asarray(wrap(headings - circular_mean(headings))[..., None])
 
 
 def mean_distance(positions: FloatArray) -> FloatArray:
@@ -155,9 +160,13 @@ def log_half_width(
     mean: npt.ArrayLike, variance: npt.ArrayLike, freedom: npt.ArrayLike, level: float = LEVEL
 ) -> FloatArray:
     """Half the width of the interval of a positive mean, as a logarithm: t sqrt(V) / mean, or 0 for a mean of 0."""
+    return log_width(mean, quantile(level, freedom) * np.sqrt(variance))
+
+
+def log_width(mean: npt.ArrayLike, half: npt.ArrayLike) -> FloatArray:
+    """Half an interval's width in the unit of a positive mean, as a logarithm; 0 for a mean of 0."""
     mean = np.asarray(mean, dtype=np.float64)
-    spread = quantile(level, freedom) * np.sqrt(variance)
-    return np.where(mean > 0, np.minimum(spread / np.where(mean > 0, mean, 1.0), _WIDEST), 0.0)
+    return np.where(mean > 0, np.minimum(half / np.where(mean > 0, mean, 1.0), _WIDEST), 0.0)
 
 
 def quantile(level: float, freedom: npt.ArrayLike) -> FloatArray:

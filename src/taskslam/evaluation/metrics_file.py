@@ -19,7 +19,7 @@ from taskslam.files import write_whole
 from taskslam.reading import LARGEST_METRICS, LARGEST_NUMBER, read_bytes
 from taskslam.user_files import complaint
 
-METRICS_FORMAT: Literal["taskslam-metrics/3"] = "taskslam-metrics/3"
+METRICS_FORMAT: Literal["taskslam-metrics/4"] = "taskslam-metrics/4"
 METRICS_FILE = "metrics.json"
 
 Real: TypeAlias = Annotated[float, Field(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
@@ -172,11 +172,13 @@ class Legs(_Part):
 class Uncertainty(_Part):
     """How sure the means are: intervals at `level`, null where the rounds are too few (below 3; e, delta: below 2).
 
-    precision_m, accuracy_m, precision_rad, accuracy_rad, n_auc_exact: over rounds and waypoints, for other rounds at
-    other such waypoints. precision_here_m: over rounds alone, for other rounds at these very waypoints. completeness:
-    of other such runs, from the failures per leg. precision_unbiased_m: E divided by sqrt(1 - 1/M), an estimate of E
-    of endlessly many rounds; the ends of an interval may be divided likewise. rounds_to_halve: rounds that would halve
-    precision_here_m.
+    seeds: that the intervals are over. With one, read rounds below; with several, seeds, in which the rounds are
+    contained (then E needs 2 rounds, and e one). precision_m, accuracy_m, precision_rad, accuracy_rad, n_auc_exact:
+    over rounds and waypoints, for other rounds at other such waypoints. precision_here_m: over rounds alone, for other
+    rounds at these very waypoints. completeness: of other such runs, from the failures per leg. precision_unbiased_m:
+    E divided by sqrt(1 - 1/M), an estimate of E of endlessly many rounds; the ends of an interval may be divided
+    likewise. rounds_to_halve, seeds_to_halve: rounds of one seed, or seeds, that would halve precision_here_m; null
+    where the other one says that, or below three.
     """
 
     level: Real
@@ -190,6 +192,8 @@ class Uncertainty(_Part):
     precision_unbiased_m: Real | None
     legs: Legs
     rounds_to_halve: int | None
+    seeds: int = 1
+    seeds_to_halve: int | None = None
 
 
 class Headline(_Part):
@@ -264,6 +268,11 @@ class RunMetrics(_Part):
         return self
 
     @property
+    def seeds(self) -> tuple[int, ...]:
+        """Its one seed, as a row of several has them."""
+        return (self.seed,)
+
+    @property
     def headline(self) -> Headline:
         """The published numbers among these."""
         return Headline(
@@ -281,17 +290,52 @@ class RunMetrics(_Part):
         return f"round {counted.index(number) + 1}" if number in counted else "priming round"
 
 
+class Row(_Part):
+    """A method in one mode at one scenario, over all its seeds: what a table shows. With one seed as that run.
+
+    method: its name with the way in which it was run, where it was run in several. seeds, directories: of its runs, in
+    their order; missing: seeds that another method drove in this mode and this one did not, whose waypoints count as
+    missed. Means are over the complete waypoints of all seeds, each with weight 1. What a run took is summed.
+    """
+
+    scenario: str
+    method: str
+    mode: str
+    seeds: tuple[int, ...]
+    directories: tuple[str, ...]
+    missing: int
+    rounds: tuple[int, ...]
+    complete_waypoints: int
+    planned_waypoints: int
+    completeness: Real
+    position: Position
+    orientation: Orientation
+    n_auc: NormalizedArea
+    uncertainty: Uncertainty
+    quantities: dict[str, Measured]
+    failures_by_kind: dict[str, int]
+    simulated_s: Real
+    wall_s: Real
+    compute_s: Real
+    real_time_factor: Real | None
+    frames: int
+    dropped_frames: int
+    method_peak_bytes: int | None
+
+
 class Comparison(_Part):
     """Two methods in one mode, on the waypoints that both completed (docs/metrics.md).
 
     metric: `precision` (E) or `accuracy` (e). a_mean_m, b_mean_m: means over the common waypoints; a_only, b_only:
     waypoints that only one completed. ratio: geometric mean over the common ones of a's value over b's, each E freed
     of the bias of few rounds; below 1 where a is better; with its interval over rounds. p: of the t test on its
-    logarithm; p_adjusted: after Holm's correction over the pairs of a mode. p_permutation: of exchanging rounds between
-    the two, or whole runs where there are many; it cannot be below p_permutation_floor. cliffs_delta: -1 where every
-    value of a is below every one of b, to 1. better_at: common waypoints at which a's value is smaller. told_apart:
-    whether the data tell the two apart; verdict: that in a sentence. rounds_needed: rounds of each that would tell a
-    difference of this size with a power of 80 %, null if more than 1000.
+    logarithm; p_adjusted: after Holm's correction over the pairs of a mode. p_permutation: of exchanging rounds
+    between the two, or whole runs where there are many; it cannot be below p_permutation_floor. cliffs_delta: -1 where
+    every value of a is below every one of b, to 1. better_at: common waypoints at which a's value is smaller.
+    told_apart: whether the data tell the two apart; verdict: that in a sentence. rounds_needed: rounds of each that
+    would tell a difference of this size with a power of 80 %, null if more than 1000. seeds: that the waypoints come
+    from. over_seeds: whether interval and tests are over seeds and not over rounds; then seeds_needed stands for
+    rounds_needed, p_permutation is of swapping whole runs, and nothing is told apart below six seeds.
     """
 
     metric: str
@@ -315,6 +359,9 @@ class Comparison(_Part):
     told_apart: bool
     rounds_needed: int | None
     verdict: str
+    seeds: int = 1
+    over_seeds: bool = False
+    seeds_needed: int | None = None
 
 
 class LeftOut(_Part):
@@ -327,13 +374,15 @@ class LeftOut(_Part):
 class MetricsFile(_Part):
     """The content of metrics.json. definitions: `paper`, or `upstream` with the deviations of the published code.
 
-    comparisons: every pair of methods in a mode, for precision and for accuracy.
+    rows: every method in every mode at every scenario, over its seeds. comparisons: every pair of methods in a mode,
+    for precision and for accuracy.
     """
 
-    format: Literal["taskslam-metrics/2", "taskslam-metrics/3"] = METRICS_FORMAT
+    format: Literal["taskslam-metrics/2", "taskslam-metrics/3", "taskslam-metrics/4"] = METRICS_FORMAT
     definitions: Literal["paper", "upstream"] = "paper"
     deviations: tuple[str, ...] = ()
     runs: tuple[RunMetrics, ...]
+    rows: tuple[Row, ...] = ()
     comparisons: tuple[Comparison, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
 

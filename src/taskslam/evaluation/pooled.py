@@ -32,12 +32,13 @@ SequenceKey: TypeAlias = tuple[str, str, int]
 class Pooled:
     """One method in one mode over all sequences.
 
-    missing_runs: sequences without a run; their waypoints are in planned_waypoints. precisions_m, accuracies_m: E and
-    e of each complete waypoint, where defined, in the order of the runs. position, orientation: their means, and
-    uncertainty how sure these are, over all rounds and waypoints together.
+    seeds: sorted. missing_runs: sequences without a run; their waypoints are in planned_waypoints. precisions_m,
+    accuracies_m: E and e of each complete waypoint, where defined, in the order of the runs. position, orientation:
+    their means, and uncertainty how sure these are, over all seeds, rounds and waypoints together.
     """
 
     runs: int
+    seeds: tuple[int, ...]
     missing_runs: int
     complete_waypoints: int
     planned_waypoints: int
@@ -127,6 +128,7 @@ def pool(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Pooled:
         failures.update(run.failures_by_kind)
     return Pooled(
         runs=len(runs),
+        seeds=tuple(sorted({run.seed for run in runs})),
         missing_runs=len(missing),
         complete_waypoints=len(complete),
         planned_waypoints=_planned(runs, missing),
@@ -139,7 +141,9 @@ def pool(runs: Sequence[RunMetrics], missing: Sequence[int] = ()) -> Pooled:
             accuracy_rad=_mean(_defined(waypoint.orientation.accuracy_rad for waypoint in complete)),
         ),
         area=pooled_area(runs, missing),
-        uncertainty=uncertainty([sample_of(run) for run in runs], sum(missing)),
+        uncertainty=uncertainty([sample_of(run) for run in runs], sum(missing))
+        if len(runs) > 1 or missing
+        else runs[0].uncertainty,
         failures_by_kind=dict(sorted(failures.items())),
         frames=sum(run.frames for run in runs),
         dropped_frames=sum(run.dropped_frames for run in runs),

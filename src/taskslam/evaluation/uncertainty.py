@@ -12,7 +12,9 @@ from taskslam.evaluation import intervals
 from taskslam.evaluation.completeness import expected_completeness, failure_chance
 from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.evaluation.metrics_file import Interval, Legs, RunMetrics, Uncertainty
-from taskslam.evaluation.missing import filled
+from taskslam.evaluation.missing import column_mean, filled
+from taskslam.evaluation.seeds import Place, design_effect, seed_table, several_seeds
+from taskslam.evaluation.seeds import spread as spread_over_seeds
 from taskslam.geometry import FloatArray, wrap
 from taskslam.mode import Mode
 
@@ -24,7 +26,8 @@ class Sample:
     """What one run contributes. visits: (M, N, 3) true poses at its complete waypoints, goals: (N, 3).
 
     visits is NaN where the measurement lost one, None if one is not known for another reason; goals is None if true
-    poses have no place in their frame. driven, failed: legs, those of the priming round included.
+    poses have no place in their frame. driven, failed: legs, those of the priming round included. scenario, seed and
+    the indices of the complete waypoints say which runs are seeds of one another.
     """
 
     visits: FloatArray | None
@@ -36,6 +39,14 @@ class Sample:
     on_failure: str
     driven: int
     failed: int
+    scenario: str = ""
+    seed: int = 0
+    indices: tuple[int, ...] = ()
+
+    @property
+    def places(self) -> list[Place]:
+        """Its complete waypoints."""
+        return [(self.scenario, index) for index in self.indices]
 
 
 def sample_of(run: RunMetrics) -> Sample:
@@ -53,6 +64,9 @@ def sample_of(run: RunMetrics) -> Sample:
         on_failure=legs.on_failure,
         driven=legs.driven,
         failed=legs.failed,
+        scenario=run.scenario,
+        seed=run.seed,
+        indices=tuple(waypoint.goal for waypoint in run.waypoints if waypoint.complete),
     )
 
 
@@ -73,7 +87,9 @@ def complete_visits(run: RunMetrics, goals: Sequence[int] | None = None) -> Floa
 def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = intervals.LEVEL) -> Uncertainty:
     """Intervals for the means over all complete waypoints of these runs together, and for their completeness.
 
-    missing: planned waypoints of sequences without a run, which count as never reached. Raises ValueError for no run.
+    Over seeds and waypoints where a scenario was driven with several seeds (`seeds.py`), else over rounds and
+    waypoints. missing: planned waypoints of sequences without a run, which count as never reached. Raises ValueError
+    for no run.
     """
     if not samples:
         raise ValueError("no run: expected at least one")
@@ -82,24 +98,25 @@ def uncertainty(samples: Sequence[Sample], missing: int = 0, level: float = inte
     if len(visits) < len(known):
         visits = []
     fewest = min(sample.rounds for sample in samples)
+    several = several_seeds((sample.scenario, sample.seed) for sample in samples)
+    seeds = len({sample.seed for sample in known}) if several else 1
     legs = _legs(samples, level)
-    complete = _completeness(samples, missing, legs)
-    spread, E = _spread(visits, level) if visits and fewest >= 3 else ({}, [])
-    goals = [sample.goals for sample in known if sample.goals is not None]
-    distance = _distance(visits, goals, level) if visits and len(goals) == len(visits) and fewest >= 2 else {}
-    half = spread["total"] if spread else None
+    complete = _completeness(samples, missing, legs, level)
+    means, E = _means(known, visits, several, level) if visits else ({}, [])
     return Uncertainty(
         level=level,
-        precision_m=_interval(spread, "total"),
-        precision_here_m=_interval(spread, "here"),
-        accuracy_m=_interval(distance, "position"),
-        precision_rad=_interval(spread, "heading", most=math.pi),
-        accuracy_rad=_interval(distance, "heading", most=math.pi),
+        precision_m=_interval(means, "total"),
+        precision_here_m=_interval(means, "here"),
+        accuracy_m=_interval(means, "position"),
+        precision_rad=_interval(means, "turn", most=math.pi),
+        accuracy_rad=_interval(means, "heading", most=math.pi),
         completeness=complete,
-        n_auc_exact=_n_auc(samples, missing, E, half, complete) if fewest > 1 else None,
+        n_auc_exact=_n_auc(samples, missing, E, means.get("total"), complete) if fewest > 1 else None,
         precision_unbiased_m=_unbiased(visits) if visits and fewest >= 2 else None,
         legs=legs,
-        rounds_to_halve=intervals.rounds_to_halve(fewest, level) if fewest >= 3 else None,
+        rounds_to_halve=intervals.rounds_to_halve(fewest, level) if fewest >= 3 and not several else None,
+        seeds=seeds,
+        seeds_to_halve=intervals.rounds_to_halve(seeds, level) if seeds >= 3 else None,
     )
 
 
@@ -107,8 +124,59 @@ Ends = tuple[float, float]
 """A mean and half its interval's width, as a logarithm."""
 
 
+def _means(
+    known: Sequence[Sample], visits: Sequence[FloatArray], several: bool, level: float
+) -> tuple[dict[str, Ends], list[FloatArray]]:
+    """Means as far as rounds, and seeds if there are several, allow; and E of every waypoint.
+
+    E (`total`, and at these very waypoints `here`), e (`position`), Delta (`turn`) and delta (`heading`).
+    """
+    fewest = min(len(v) for v in visits)
+    goals = [sample.goals for sample in known if sample.goals is not None]
+    placed = len(goals) == len(visits)
+    if several and len({sample.seed for sample in known}) < 2:
+        return {}, []
+    if several:
+        spread, E = _spread_of_seeds(known, visits, level) if fewest >= 2 else ({}, [])
+        return spread | (_distance_of_seeds(known, visits, goals, level) if placed else {}), E
+    spread, E = _spread(visits, level) if fewest >= 3 else ({}, [])
+    return spread | (_distance(visits, goals, level) if placed and fewest >= 2 else {}), E
+
+
+def _spread_of_seeds(
+    known: Sequence[Sample], visits: Sequence[FloatArray], level: float
+) -> tuple[dict[str, Ends], list[FloatArray]]:
+    """As `_spread`, over seeds."""
+    E = [intervals.mean_distance(v[..., :2]) for v in visits]
+    turns = [intervals.mean_distance(intervals.headings_on_a_line(v[..., 2])) for v in visits]
+    sure = spread_over_seeds(_table_of_seeds(known, E, turns))
+    half, here = sure.half_width(level), sure.half_width_here(level)
+    mean = sure.mean
+    return {"total": (mean[0], half[0]), "here": (mean[0], here[0]), "turn": (mean[1], half[1])}, E
+
+
+def _distance_of_seeds(
+    known: Sequence[Sample], visits: Sequence[FloatArray], goals: Sequence[FloatArray], level: float
+) -> dict[str, Ends]:
+    """As `_distance`, over seeds."""
+    tables = [_distances(v, g) for v, g in zip(visits, goals, strict=True)]
+    columns = [column_mean(table, axis=-2)[..., 0, :] for table in tables]
+    sure = spread_over_seeds(_table_of_seeds(known, [c[0] for c in columns], [c[1] for c in columns]))
+    half = sure.half_width(level)
+    return {"position": (sure.mean[0], half[0]), "heading": (sure.mean[1], half[1])}
+
+
+def _table_of_seeds(known: Sequence[Sample], *kinds: Sequence[FloatArray]) -> FloatArray:
+    """(K, S, N) values of each kind, of which each run has one at every complete waypoint."""
+    return seed_table(
+        (sample.seed, place, values)
+        for sample, *columns in zip(known, *kinds, strict=True)
+        for place, *values in zip(sample.places, *columns, strict=True)
+    )
+
+
 def _spread(visits: Sequence[FloatArray], level: float) -> tuple[dict[str, Ends], list[FloatArray]]:
-    """E over rounds and waypoints (`total`) and over rounds (`here`), and Delta (`heading`); E of every waypoint."""
+    """E over rounds and waypoints (`total`) and over rounds (`here`), and Delta (`turn`); E of every waypoint."""
     E = [intervals.mean_distance(v[..., :2]) for v in visits]
     tables = _filled(
         [np.stack([intervals.precision_table(v[..., :2]), intervals.heading_table(v[..., 2])]) for v in visits]
@@ -119,18 +187,23 @@ def _spread(visits: Sequence[FloatArray], level: float) -> tuple[dict[str, Ends]
     means = np.array([_mean_of(E), _mean_of([table[1] for table in tables])])
     total = intervals.log_half_width(means, variance.total, variance.total_freedom, level)
     here = intervals.log_half_width(means, variance.rounds, variance.rounds_freedom, level)
-    ends = {"total": (means[0], total[0]), "here": (means[0], here[0]), "heading": (means[1], total[1])}
+    ends = {"total": (means[0], total[0]), "here": (means[0], here[0]), "turn": (means[1], total[1])}
     return ends, E
 
 
 def _distance(visits: Sequence[FloatArray], goals: Sequence[FloatArray], level: float) -> dict[str, Ends]:
     """Accuracy in `position`, e, and in `heading`, delta."""
-    offsets = [v - g for v, g in zip(visits, goals, strict=True)]
-    tables = _filled([np.stack([np.hypot(o[..., 0], o[..., 1]), np.abs(wrap(o[..., 2]))]) for o in offsets])
+    tables = _filled([_distances(v, g) for v, g in zip(visits, goals, strict=True)])
     variance = intervals.two_way_variance(tables)
     means = np.array([_mean_of([table[kind] for table in tables]) for kind in (0, 1)])
     half = intervals.log_half_width(means, variance.total, variance.total_freedom, level)
     return {"position": (means[0], half[0]), "heading": (means[1], half[1])}
+
+
+def _distances(visits: FloatArray, goals: FloatArray) -> FloatArray:
+    """(2, M, N) distances and angles of arrivals to their goals."""
+    offsets = visits - goals
+    return np.stack([np.hypot(offsets[..., 0], offsets[..., 1]), np.abs(wrap(offsets[..., 2]))])
 
 
 def _filled(tables: Sequence[FloatArray]) -> list[FloatArray]:
@@ -157,13 +230,29 @@ def _unbiased(visits: Sequence[FloatArray]) -> float:
 
 def _legs(samples: Sequence[Sample], level: float) -> Legs:
     driven, failed = sum(s.driven for s in samples), sum(s.failed for s in samples)
-    low, high = failure_chance(failed, driven, level)
+    effect = _legs_effect(samples)
+    low, high = failure_chance(failed / effect, driven / effect, level)
     rules = sorted({sample.on_failure for sample in samples})
     return Legs(driven=driven, failed=failed, on_failure="/".join(rules), failure_chance=Interval(low=low, high=high))
 
 
-def _completeness(samples: Sequence[Sample], missing: int, legs: Legs) -> Interval:
-    """What the protocol makes of the failure chance per leg; widened where needed to hold what was observed."""
+def _legs_effect(samples: Sequence[Sample]) -> float:
+    """By what legs of several seeds count less than independent ones, since some seeds fail more than others."""
+    own: dict[int, list[Sample]] = {}
+    for sample in samples:
+        own.setdefault(sample.seed, []).append(sample)
+    if not several_seeds((sample.scenario, sample.seed) for sample in samples):
+        return 1.0
+    return design_effect(
+        [sum(s.failed for s in seed) for seed in own.values()], [sum(s.driven for s in seed) for seed in own.values()]
+    )
+
+
+def _completeness(samples: Sequence[Sample], missing: int, legs: Legs, level: float) -> Interval:
+    """What the protocol makes of the failure chance per leg; widened where needed to hold what was observed.
+
+    Where seeds differ, that is no chance which all legs share: then widened by Student's interval over the seeds too.
+    """
     planned = sum(sample.planned for sample in samples) + missing
     observed = sum(sample.complete for sample in samples) / planned
     low, high = (
@@ -177,7 +266,21 @@ def _completeness(samples: Sequence[Sample], missing: int, legs: Legs) -> Interv
         / planned
         for chance in (legs.failure_chance.high, legs.failure_chance.low)
     )
-    return Interval(low=min(low, observed), high=max(high, observed))
+    seeds = _completeness_of_seeds(samples)
+    if len(seeds) > 1:
+        half = float(intervals.quantile(level, len(seeds) - 1) * np.std(seeds, ddof=1)) / math.sqrt(len(seeds))
+        low, high = min(low, observed - half), max(high, observed + half)
+    return Interval(low=max(min(low, observed), 0.0), high=min(max(high, observed), 1.0))
+
+
+def _completeness_of_seeds(samples: Sequence[Sample]) -> list[float]:
+    """The completeness of each seed; of one seed alone, nothing."""
+    if not several_seeds((sample.scenario, sample.seed) for sample in samples):
+        return []
+    own: dict[int, list[Sample]] = {}
+    for sample in samples:
+        own.setdefault(sample.seed, []).append(sample)
+    return [sum(s.complete for s in seed) / sum(s.planned for s in seed) for seed in own.values()]
 
 
 def _n_auc(

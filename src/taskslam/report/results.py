@@ -228,6 +228,16 @@ class Results:
         return tuple(sorted({run.metrics.rounds for run in self.runs}))
 
     @property
+    def seeds(self) -> tuple[int, ...]:
+        """Every seed of any run, sorted."""
+        return tuple(sorted({run.metrics.seed for run in self.runs}))
+
+    @property
+    def several_seeds(self) -> bool:
+        """Whether a method was driven with several seeds: then a run is not named without its own."""
+        return any(len({run.metrics.seed for run in result.runs}) > 1 for result in self.pooled)
+
+    @property
     def scenarios(self) -> tuple[str, ...]:
         """Names of the scenarios, sorted."""
         return tuple(sorted({run.metrics.scenario for run in self.runs}))
@@ -247,7 +257,7 @@ class Results:
 
     def in_scenario(self, name: str) -> Results:
         """The runs of one scenario, pooled anew."""
-        return _results(tuple(run for run in self.runs if run.metrics.scenario == name), ())
+        return pooled_results([run for run in self.runs if run.metrics.scenario == name])
 
     def in_mode(self, mode: str) -> list[MethodResult]:
         """Methods in one mode: the most complete first, then the most precise; references last."""
@@ -263,13 +273,14 @@ def read_results(folders: Sequence[Path]) -> Results:
     }
     styles = method_styles(labels, sensors)
     runs = tuple(Run(label, styles[label], *own) for label, own in zip(labels, read, strict=True))
-    return _results(runs, left_out)
+    return pooled_results(runs, left_out)
 
 
-def _results(runs: tuple[Run, ...], left_out: tuple[LeftOut, ...]) -> Results:
+def pooled_results(runs: Sequence[Run], left_out: tuple[LeftOut, ...] = ()) -> Results:
+    """These runs, each method of them pooled in each mode."""
     labels = dict.fromkeys(run.label for run in runs)
     methods = [Method(*(_pooled(label, mode, runs) for mode in MODES)) for label in labels]
-    return Results(runs, tuple(sorted(methods, key=lambda method: method.rank)), left_out)
+    return Results(tuple(runs), tuple(sorted(methods, key=lambda method: method.rank)), left_out)
 
 
 def _pooled(label: str, mode: str, everything: Sequence[Run]) -> MethodResult | None:

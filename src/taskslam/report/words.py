@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 DASH = "–"
 _OUTCOMES = {
@@ -86,6 +86,17 @@ def hours(seconds: float) -> str:
 def count(number: int, what: str) -> str:
     """A number of things: `1 method`, `2 methods`."""
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def seeds(numbers: Collection[int]) -> str:
+    """How many seeds a number rests on: `one seed`, `3 seeds`."""
+    different = len(set(numbers))
+    return "one seed" if different == 1 else f"{different} seeds"
+
+
+def intervals_over(several_seeds: bool) -> str:
+    """What intervals cover: with one seed, they say nothing of others."""
+    return "over seeds, rounds and waypoints" if several_seeds else "over rounds and waypoints of one seed"
 
 
 def mode(name: str) -> str:

@@ -72,7 +72,7 @@ def test_a_run_that_a_method_lacks_stays_in_its_denominator(three_methods):
 def test_the_table_is_ordered_by_completeness_and_says_what_is_missing(page):
     rows = [row for row in Rows(page).rows if len(row) == COLUMNS][1:]
     assert [row[0].split()[0] for row in rows] == ["karto", "hector", "kiss_icp"]
-    assert [row[1] for row in rows] == ["2 of 2", "2 of 2", "1 of 2"]
+    assert [row[1] for row in rows] == ["2 of 2 one seed", "2 of 2 one seed", "1 of 2 one seed"]
     assert [row[2] for row in rows] == ["6/6", "5/6", "3/6"]
     assert [row[3].split()[0] for row in rows] == ["100", "83", "50"]
     assert rows[1][-3] == "no path to the goal (1×)"

@@ -22,6 +22,7 @@ from taskslam.evaluation import intervals
 from taskslam.evaluation.metrics_file import Interval, RunMetrics, Uncertainty
 from taskslam.evaluation.missing import filled
 from taskslam.evaluation.quantity import Dimension, Quantity, WorseIs, mean_over_complete
+from taskslam.evaluation.seeds import mean_interval, several_seeds
 from taskslam.geometry import FloatArray
 
 _of_runs = mean_over_complete(lambda waypoint: waypoint.estimation.spread_m)
@@ -44,7 +45,9 @@ def _errors(run: RunMetrics) -> FloatArray | None:
 
 
 def _interval(runs: Sequence[RunMetrics], sure: Uncertainty) -> Interval | None:
-    """Over rounds and waypoints, by the two-way jackknife that E has (decision 007)."""
+    """As that of E: over seeds and waypoints, or over rounds and waypoints by the two-way jackknife (decision 007)."""
+    if several_seeds((run.scenario, run.seed) for run in runs):
+        return mean_interval(runs, lambda waypoint: waypoint.estimation.spread_m, sure.level)
     known = [run for run in runs if run.complete_waypoints]
     errors = [_errors(run) for run in known]
     tables = [

@@ -14,11 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import betaincinv
 
-from taskslam.evaluation.intervals import LEVEL
+from taskslam.evaluation.intervals import LEVEL, quantile
 from taskslam.evaluation.metrics_file import Interval, RunMetrics, Uncertainty, WaypointMetrics
 from taskslam.evaluation.quantity import Dimension, Quantity, WorseIs
+from taskslam.evaluation.seeds import Place, design_effect, seed_table, several_seeds, spread
 from taskslam.evaluation.tolerance import ArrivalSpread, arrival_spread, success
-from taskslam.geometry import wrap
+from taskslam.geometry import FloatArray, wrap
 
 POSITION_M, HEADING_RAD = 0.02, math.radians(2.0)
 
@@ -71,22 +72,38 @@ def _of_waypoint(waypoint: WaypointMetrics) -> float | None:
 
 
 def _interval(runs: Sequence[RunMetrics], sure: Uncertainty) -> Interval | None:  # noqa: ARG001 an interval of its own
-    """Jeffreys' interval, with as many independent arrivals as the scatter between waypoints leaves.
+    """Jeffreys' interval, with as many independent arrivals as the scatter between waypoints, and seeds, leaves.
 
     Arrivals at one waypoint are alike: with shares s_i of n_i arrivals, the variance of their mean over that of
     independent arrivals is the design effect (Kish 1965), at least 1, by which the number of arrivals is divided.
     """
-    judged = [waypoint for run in runs for waypoint in run.waypoints if waypoint.unjudged is None]
-    hits = np.array([sum(_within(waypoint)) for waypoint in judged])
-    counts = np.array([waypoint.rounds for waypoint in judged], dtype=np.float64)
+    judged = [(run.seed, (run.scenario, w.goal), w) for run in runs for w in run.waypoints if w.unjudged is None]
+    hits = np.array([sum(_within(waypoint)) for *_, waypoint in judged])
+    counts = np.array([waypoint.rounds for *_, waypoint in judged], dtype=np.float64)
     share, n = float(hits.sum() / counts.sum()), float(counts.sum())
-    if 0 < share < 1 and len(judged) > 1:
-        between = float(((hits - share * counts) ** 2).sum()) * len(judged) / (len(judged) - 1) / n**2
-        n /= max(1.0, between / (share * (1 - share) / n))
+    if 0 < share < 1:
+        if several_seeds((run.scenario, run.seed) for run in runs):
+            n = _independent_over_seeds([(seed, place) for seed, place, _ in judged], hits, counts)
+        else:
+            n /= design_effect(hits.tolist(), counts.tolist())
     tail, hit = (1 - LEVEL) / 2, share * n
     low = float(betaincinv(hit + 0.5, n - hit + 0.5, tail)) if share > 0 else 0.0
     high = float(betaincinv(hit + 0.5, n - hit + 0.5, 1 - tail)) if share < 1 else 1.0
     return Interval(low=min(low, share), high=max(high, share))
+
+
+def _independent_over_seeds(cells: Sequence[tuple[int, Place]], hits: FloatArray, counts: FloatArray) -> float:
+    """Independent arrivals that would know their share as well as those of several seeds do.
+
+    The half width over seeds and waypoints, h, says so: n = (z / h)^2 s (1 - s), with z of the normal distribution.
+    """
+    share = float(hits.sum() / counts.sum())
+    shares = [(seed, place, (hit / of,)) for (seed, place), hit, of in zip(cells, hits, counts, strict=True)]
+    sure = spread(seed_table(shares))
+    half = float(sure.half_width()[0] * sure.mean[0])
+    most = float(counts.sum())
+    normal = float(quantile(LEVEL, math.inf))
+    return min(most, (normal / half) ** 2 * share * (1 - share)) if half > 0 else most
 
 
 SUCCESS = Quantity(

@@ -36,7 +36,8 @@ def paper_figures(results: Results, width: Width, units: UnitSystem) -> Iterator
     yield from _violins(results, width, units)
     yield "quantities", _every_quantity(results, width)
     for run, name in zip(results.runs, _run_names(results.runs), strict=True):
-        title = f"{run.name}, {run.metrics.scenario}" if len(results.scenarios) > 1 else run.name
+        scenario = f", {run.metrics.scenario}" if len(results.scenarios) > 1 else ""
+        title = f"{run.name}{scenario}{f', seed {run.metrics.seed}' if results.several_seeds else ''}"
         yield f"runs/arrivals_{name}", _arrivals(run, title, width)
         yield f"runs/trajectories_{name}", trajectory_figure(run.record, run.metrics, title, width)
 
@@ -285,7 +286,9 @@ def sensor_key(ranked: Sequence[MethodResult]) -> list[KeyLine]:
     shapes: dict[int, set[str]] = {}
     for result in ranked:
         shapes.setdefault(result.style.shape, set()).add(result.sensor)
-    lines = [KeyLine("whisker: 95 % interval"), KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)]
+    over = words.seeds([seed for result in ranked for seed in result.pooled.seeds])
+    lines = [KeyLine("whisker: 95 % interval"), KeyLine(f"of {over}")]
+    lines += [KeyLine("hollow: incomplete", Style(palette.MUTED, 0), filled=False)]
     if all(map(all, shapes.values())) and len(shapes) > 1:
         named = sorted((", ".join(sorted(map(cards.sensor_name, sensors))), shape) for shape, sensors in shapes.items())
         lines += [KeyLine(name, Style(palette.MUTED, shape)) for name, shape in named]

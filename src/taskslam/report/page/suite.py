@@ -62,8 +62,8 @@ class SuiteView:
 
 
 def is_suite(results: Results) -> bool:
-    """Whether these runs call for an overview: more than one scenario, or more than two methods."""
-    return len(results.scenarios) > 1 or len(results.methods) > 2
+    """Whether these runs call for an overview: more than one scenario, more than two methods, or several seeds."""
+    return len(results.scenarios) > 1 or len(results.methods) > 2 or results.several_seeds
 
 
 def suite_view(results: Results, scenarios: Sequence[ScenarioView]) -> SuiteView:

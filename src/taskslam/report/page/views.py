@@ -25,7 +25,7 @@ from taskslam.report.page.failures import FailureView, failure_views
 from taskslam.report.page.photos import MeasuredView, measured_view
 from taskslam.report.page.tour_figure import tour_figure
 from taskslam.report.page.waypoints_figure import waypoints_figure
-from taskslam.report.results import MODES, MethodResult, Run
+from taskslam.report.results import MODES, MethodResult, Run, pooled_results
 from taskslam.report.tracks import Tracks
 from taskslam.world import FloorPlan
 
@@ -74,11 +74,15 @@ class CurvePanel:
 
 @dataclass(frozen=True)
 class ScenarioView:
-    """The runs of one scenario, comparable with one another. configurations: how many differ under this name."""
+    """The runs of one scenario, comparable with one another. configurations: how many differ under this name.
+
+    rows: these runs pooled over seeds, in a suite.
+    """
 
     name: str
     title: str
     runs: tuple[RunView, ...]
+    rows: tuple[MethodResult, ...]
     curves: tuple[CurvePanel, ...]
     successes: tuple[CurvePanel, ...]
     failures: tuple[tuple[RunView, FailureView], ...]
@@ -133,17 +137,20 @@ def run_view(anchor: str, run: Run) -> RunView:
 def scenario_view(runs: Sequence[RunView], in_suite: bool) -> ScenarioView:
     """The runs of one scenario.
 
-    in_suite: best runs first, and one curve figure a mode, with markers.
+    in_suite: best runs first, and one curve figure a mode, over all seeds and with markers.
     """
     runs = sorted(runs, key=lambda run: run.rank) if in_suite else runs
     first = runs[0].manifest
+    pooled = pooled_results(runs) if in_suite else None
+    rows = tuple(row for mode in pooled.modes for row in pooled.in_mode(mode)) if pooled else ()
     failures = tuple((run, failure) for run in runs for failure in run.failures)
     plan = next((run.plan for run in runs if run.plan is not None), None)
     return ScenarioView(
         name=first.scenario_name,
         title=first.title,
         runs=tuple(runs),
-        curves=_curves_by_mode(runs) if in_suite else _curves(runs),
+        rows=rows,
+        curves=_curves_by_mode(rows, first.robot_diameter) if in_suite else _curves(runs),
         successes=() if in_suite else success_panels(runs, first.robot_diameter, False, _PANEL_SIZE),
         failures=failures,
         waypoints_plan=waypoints_figure(
@@ -158,17 +165,17 @@ def curve_of(of: Run | MethodResult, precisions: tuple[float, ...], planned: int
     return Curve(precisions, planned, of.style, of.mode == Mode.WITHOUT_MAP, marked, of.name)
 
 
-def _run_curves(runs: Sequence[Run], marked: bool) -> list[Curve]:
+def _run_curves(runs: Sequence[Run]) -> list[Curve]:
     """Those of the runs that have a precision at all."""
     return [
-        curve_of(run, pooled_precisions([run.metrics]), run.metrics.planned_waypoints, marked)
+        curve_of(run, pooled_precisions([run.metrics]), run.metrics.planned_waypoints, marked=False)
         for run in runs
         if run.metrics.rounds > 1
     ]
 
 
 def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
-    curves = _run_curves(runs, marked=False)
+    curves = _run_curves(runs)
     if not curves:
         return ()
     D = runs[0].manifest.robot_diameter
@@ -201,10 +208,16 @@ def success_panels(
     )
 
 
-def _curves_by_mode(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
+def _curves_by_mode(rows: Sequence[MethodResult], D: float) -> tuple[CurvePanel, ...]:
     """One panel for each mode, on one enlarged axis."""
-    by_mode = {mode: _run_curves([run for run in runs if run.mode == mode], marked=True) for mode in MODES}
-    D = runs[0].manifest.robot_diameter
+    by_mode = {
+        mode: [
+            curve_of(row, row.pooled.precisions_m, row.pooled.planned_waypoints, marked=True)
+            for row in rows
+            if row.mode == mode and row.pooled.area.exact is not None
+        ]
+        for mode in MODES
+    }
     limit = enlarged_limit([curve for curves in by_mode.values() for curve in curves], D)
     return tuple(
         CurvePanel(words.mode(mode).capitalize(), mode, curve_figure(curves, limit, D, _PANEL_SIZE))

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from markupsafe import Markup, escape
 
-from taskslam.evaluation.metrics_file import Interval, Measured, RunMetrics
+from taskslam.evaluation.metrics_file import Interval, Measured, Row, RunMetrics
 from taskslam.evaluation.pooled import Pooled
 from taskslam.evaluation.quantities import quantities
 from taskslam.evaluation.quantity import Dimension, Quantity
@@ -27,7 +27,7 @@ class Entry(Protocol):
         """Every quantity by its key."""
 
     @property
-    def numbers(self) -> RunMetrics | Pooled:
+    def numbers(self) -> RunMetrics | Pooled | Row:
         """What it took and how it failed."""
 
 
@@ -134,6 +134,7 @@ def _dropped(row: Entry) -> str:
     return f"{row.numbers.dropped_frames} of {row.numbers.frames}"
 
 
+SEEDS = Column("seeds", lambda row: words.seeds(row.numbers.seeds), is_words=True)
 COMPLETE = Column("complete", lambda row: f"{row.numbers.complete_waypoints}/{row.numbers.planned_waypoints}")
 FAILURES = Column("failures", lambda row: words.outcomes(row.numbers.failures_by_kind) or words.DASH, is_words=True)
 MILLISECONDS = Column("ms a frame", _milliseconds)

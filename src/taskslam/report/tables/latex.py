@@ -9,7 +9,7 @@ from taskslam.evaluation.metrics_file import WaypointMetrics
 from taskslam.evaluation.quantities import quantities
 from taskslam.report import words
 from taskslam.report.results import MethodResult, Results, Run
-from taskslam.report.tables.columns import FAILURES, REAL_TIME, Column, quantity_columns, quantity_text
+from taskslam.report.tables.columns import FAILURES, REAL_TIME, SEEDS, Column, quantity_columns, quantity_text
 
 _MOST_WAYPOINTS = 8  # columns of a table; further waypoints go below
 _ESCAPES = str.maketrans(
@@ -47,8 +47,8 @@ def methods_latex(results: Results) -> str:
     """Methods by metrics, mode by mode: the most complete first, the best of each column in bold."""
     columns = quantity_columns()
     names = [column.latex or escape(column.heading) for column in columns]
-    head = ["method", *names, FAILURES.heading, REAL_TIME.latex]
-    lines = [_explanation(results), f"\\begin{{tabular}}{{l{'r' * len(columns)}lr}}", r"\toprule", _row(head)]
+    head = ["method", SEEDS.heading, *names, FAILURES.heading, REAL_TIME.latex]
+    lines = [_explanation(results), f"\\begin{{tabular}}{{ll{'r' * len(columns)}lr}}", r"\toprule", _row(head)]
     for mode in results.modes:
         ranked = results.in_mode(mode)
         best = [_best(column, ranked) for column in columns]
@@ -107,7 +107,7 @@ def _method_row(result: MethodResult, columns: Sequence[Column], best: Sequence[
         name += f" ({pooled.runs} of {pooled.planned_runs} runs)"
     cells = [_cell(column, result, labels) for column, labels in zip(columns, best, strict=True)]
     failures = words.outcomes(pooled.failures_by_kind) or "none"
-    return _row([name, *cells, escape(failures), escape(REAL_TIME.text(result))])
+    return _row([name, SEEDS.text(result), *cells, escape(failures), escape(REAL_TIME.text(result))])
 
 
 def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bool) -> str:
@@ -169,7 +169,8 @@ def _explanation(results: Results) -> str:
         (
             f"% Needs \\usepackage{{booktabs}}. Scenarios: {escape(', '.join(results.scenarios))}; rounds: {rounds}.",
             *(f"% {one.latex or escape(one.symbol)}: {escape(one.words)}." for one in quantities()),
-            f"% Means are over waypoints reached in every round. In brackets: {100 * level:g} \\% intervals.",
+            f"% Means are over waypoints reached in every round. In brackets: {100 * level:g} \\% intervals,",
+            f"% {words.intervals_over(results.several_seeds)}.",
             "% Bold: the best, of a mean among the most complete methods. Italic: a reference, told the truth.",
             "% RTF: simulated time over wall time.",
         )

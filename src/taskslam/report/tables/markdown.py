@@ -8,7 +8,7 @@ from taskslam.evaluation.quantities import quantities
 from taskslam.printable import in_markdown, one_line
 from taskslam.report import cards, words
 from taskslam.report.results import MethodResult, Results
-from taskslam.report.tables.columns import COMPLETE, FAILURES, MILLISECONDS, REAL_TIME, Column, quantity_columns
+from taskslam.report.tables.columns import COMPLETE, FAILURES, MILLISECONDS, REAL_TIME, SEEDS, Column, quantity_columns
 
 
 def methods_markdown(results: Results) -> str:
@@ -17,7 +17,7 @@ def methods_markdown(results: Results) -> str:
     for name in results.scenarios:
         part = results.in_scenario(name)
         title = part.runs[0].manifest.title
-        columns = [COMPLETE, *quantity_columns(), FAILURES, MILLISECONDS, REAL_TIME]
+        columns = [SEEDS, COMPLETE, *quantity_columns(), FAILURES, MILLISECONDS, REAL_TIME]
         head = ["method", "sees with", "mode", *(in_markdown(column.heading) for column in columns)]
         rows = [_cells(result, columns) for method in part.methods for result in method.results]
         lines = [_line(head), _line(["---"] * len(head)), *map(_line, rows)]
@@ -36,8 +36,9 @@ def _cells(result: MethodResult, columns: Sequence[Column]) -> list[str]:
 
 def _explanation(results: Results) -> str:
     level = results.pooled[0].pooled.uncertainty.level
+    over = words.intervals_over(results.several_seeds)
     said = "; ".join(f"{one.symbol}: {one.words}" for one in quantities())
-    return f"{said}. Means are over waypoints reached in every round. In brackets: {level:.0%} intervals."
+    return f"{said}. Means are over waypoints reached in every round. In brackets: {level:.0%} intervals, {over}."
 
 
 def _line(cells: Sequence[str]) -> str:

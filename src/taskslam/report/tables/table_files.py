@@ -51,7 +51,8 @@ def methods_csv(results: Results) -> str:
     kinds = sorted({kind for result in results.pooled for kind in result.pooled.failures_by_kind})
     columns = [column.quantity for column in quantity_columns() if column.quantity is not None]
     head = [
-        "method", "mode", "sensor", "reference", "runs", "missing_runs", "complete_waypoints", "planned_waypoints",
+        "method", "mode", "sensor", "reference", "seeds", "runs", "missing_runs",
+        "complete_waypoints", "planned_waypoints",
         *(name for of in columns for name in (of.column, f"{of.column}_low95", f"{of.column}_high95")),
         "precision_unbiased_m", *(f"failures_{kind}" for kind in kinds), "frames", "dropped_frames", "compute_s",
         "real_time_factor",
@@ -63,7 +64,8 @@ def methods_csv(results: Results) -> str:
             found = [result.quantities[of.key] for of in columns]
             rows.append(
                 [
-                    result.label, mode, result.sensor, result.is_reference, pooled.runs, pooled.missing_runs,
+                    result.label, mode, result.sensor, result.is_reference, len(pooled.seeds), pooled.runs,
+                    pooled.missing_runs,
                     pooled.complete_waypoints, pooled.planned_waypoints,
                     *(number for of in found for number in (of.value, of.low, of.high)),
                     pooled.uncertainty.precision_unbiased_m,
