@@ -31,17 +31,11 @@ class NodeProcess:
     """
 
     def __init__(self, command: Sequence[str], setup: str | None, variables: Mapping[str, str]) -> None:
-        sourced = ["bash", "-c", '. "$0" && exec env "$@"', setup] if setup else ["env"]
-        told = [f"{name}={value}" for name, value in variables.items()]
         self._lines: deque[str] = deque(maxlen=_LAST_LINES)
-        environment = _environment() | dict(variables)
-        if not setup and shutil.which(command[0], path=environment["PATH"]) is None:
-            raise InputError(f"the node's command '{command[0]}': there is no such program, or it cannot be executed")
-        if setup and not os.access(setup, os.R_OK):
-            raise InputError(f"the node's setup '{setup}': there is no such file, or it cannot be read")
+        words, environment = program(command, setup, variables)
         try:
             self._process = subprocess.Popen(  # noqa: S603
-                [*sourced, *told, *command],
+                words,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -92,6 +86,23 @@ class NodeProcess:
                 self._lines.append(line)
 
 
+def program(
+    command: Sequence[str], setup: str | None, variables: Mapping[str, str], ours: bool = False
+) -> tuple[list[str], dict[str, str]]:
+    """The words that start a program apart from our own Python, and its environment. ours: it is one of our Python's.
+
+    setup: a script that bash sources before; variables: win over all others. Raises InputError: there is no such file.
+    """
+    environment = _environment(ours) | dict(variables)
+    if not setup and shutil.which(command[0], path=environment["PATH"]) is None:
+        raise InputError(f"the node's command '{command[0]}': there is no such program, or it cannot be executed")
+    if setup and not os.access(setup, os.R_OK):
+        raise InputError(f"the node's setup '{setup}': there is no such file, or it cannot be read")
+    sourced = ["bash", "-c", '. "$0" && exec env "$@"', setup] if setup else ["env"]
+    told = [f"{name}={value}" for name, value in variables.items()]
+    return [*sourced, *told, *command], environment
+
+
 def processor_time(processes: Collection[int]) -> int:
     """Used by these processes so far, ns; by one that has ended none. By the kernel's clocks."""
     used = 0
@@ -101,9 +112,14 @@ def processor_time(processes: Collection[int]) -> int:
     return used
 
 
-def _environment() -> dict[str, str]:
-    """Ours without what belongs to our Python: a node has its own."""
-    own = {str(Path(prefix) / "bin") for prefix in (sys.prefix, sys.exec_prefix) if prefix != sys.base_prefix}
-    path = [entry for entry in os.environ.get("PATH", os.defpath).split(os.pathsep) if entry not in own]
-    kept = {name: value for name, value in os.environ.items() if name not in _OURS}
-    return kept | {"PATH": os.pathsep.join(path)}
+def _environment(ours: bool) -> dict[str, str]:
+    """Ours; without what belongs to our Python where a program has its own."""
+    environment = {name: value for name, value in os.environ.items() if name not in _OURS}
+    if ours:
+        return environment
+    prefixes = {Path(prefix) for prefix in (sys.prefix, sys.exec_prefix) if prefix != sys.base_prefix}
+    for name in ("PATH", "LD_LIBRARY_PATH"):
+        entries = environment.get(name, os.defpath if name == "PATH" else "").split(os.pathsep)
+        kept = [entry for entry in entries if entry and not prefixes & {Path(entry), *Path(entry).parents}]
+        environment[name] = os.pathsep.join(kept)
+    return environment

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from taskslam.ros.errors import RosError
 from taskslam.ros.ros1.parameters import Parameters
-from taskslam.ros.ros1.xmlrpc import RosError
 
 PEER = str(Path(__file__).parents[1] / "peers" / "debian_parameters.py")
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from taskslam.datasets.ros_encoding import RosEncoder
+from taskslam.ros.errors import RosError
 from taskslam.ros.ros1.master import Master
 from taskslam.ros.ros1.node import SlowSubscriberError
-from taskslam.ros.ros1.xmlrpc import RosError, call
+from taskslam.ros.ros1.xmlrpc import call
 
 PEERS = Path(__file__).parents[1] / "peers"
 SCAN, IMAGE, TEXT = "sensor_msgs/LaserScan", "sensor_msgs/Image", "std_msgs/String"

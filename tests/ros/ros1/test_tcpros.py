@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from taskslam.ros.errors import RosError
 from taskslam.ros.ros1 import tcpros
-from taskslam.ros.ros1.xmlrpc import RosError
 
 KEYS = st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="="), min_size=1, max_size=20)
 HEADERS = st.dictionaries(KEYS, st.text(st.characters(exclude_categories=["Cs"]), max_size=50), max_size=6)

@@ -14,12 +14,13 @@ from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS, Measurement, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.ros.encoding import NodeEncoder, Odometer, PoseReader, Utterance, unknown_frames
+from taskslam.ros.errors import RosError
 from taskslam.ros.lockstep import Answer, Lockstep
 from taskslam.ros.node_file import NodeFile
 from taskslam.ros.process import NodeProcess, processor_time
 from taskslam.ros.ros1.master import Master
 from taskslam.ros.ros1.node import Node, SlowSubscriberError, short
-from taskslam.ros.ros1.xmlrpc import HERE, RosError, call
+from taskslam.ros.ros1.xmlrpc import HERE, call
 from taskslam.sensors import sensor_kind
 from taskslam.slam.base import InvalidOutputError, StalledError
 

@@ -16,9 +16,10 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from taskslam.ros.errors import RosError
 from taskslam.ros.ros1.parameters import Parameters
 from taskslam.ros.ros1.tcpros import ANY
-from taskslam.ros.ros1.xmlrpc import RosError, Server, call
+from taskslam.ros.ros1.xmlrpc import Server, call
 
 _NAME = "/master"
 Registered = dict[str, dict[str, str]]  # by topic or service: by node, its address

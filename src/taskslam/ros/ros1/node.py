@@ -18,8 +18,9 @@ from rosbags.typesys import Stores
 from rosbags.typesys.store import Typestore
 
 from taskslam.datasets.bag_access import ros_types
+from taskslam.ros.errors import RosError
 from taskslam.ros.ros1 import tcpros
-from taskslam.ros.ros1.xmlrpc import HERE, RosError, Server, call
+from taskslam.ros.ros1.xmlrpc import HERE, Server, call
 
 _PATIENCE_S = 10.0
 Heard = Callable[[str, bytearray], None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from taskslam.ros.ros1.xmlrpc import RosError
+from taskslam.ros.errors import RosError
 
 
 class Parameters:

@@ -9,7 +9,7 @@ import socket
 import struct
 from collections.abc import Mapping
 
-from taskslam.ros.ros1.xmlrpc import RosError
+from taskslam.ros.errors import RosError
 
 ANY = "*"  # md5sum and type of who takes every kind
 _LENGTH = struct.Struct("<I")

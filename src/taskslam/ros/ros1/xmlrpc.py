@@ -13,13 +13,11 @@ from socketserver import ThreadingMixIn
 from typing import Any, Protocol
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
+from taskslam.ros.errors import RosError
+
 HERE = "127.0.0.1"
 _PATIENCE_S = 10.0
 _SUCCESS, _FAILURE = 1, -1
-
-
-class RosError(Exception):
-    """A peer refused, is gone, or speaks no ROS 1."""
 
 
 class Api(Protocol):
