@@ -27,9 +27,10 @@ import yaml
 from common import machine_line
 from taskslam.measurements import LaserScan, Measurement, PointCloud, Sensor, StereoImages
 from taskslam.robot import SensorRig, load_robot
+from taskslam.ros.bridge import WAITING_FROM
 from taskslam.ros.lockstep import Lockstep
+from taskslam.ros.method import bridge_to
 from taskslam.ros.node_file import load_node
-from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge
 from taskslam.ros.ros1.node import Node
 from taskslam.slam.base import Kind, MethodCard, PoseEstimate, SlamMethod, Status
 from taskslam.slam.guest.host import MethodHost
@@ -139,7 +140,7 @@ def node_file(folder: Path, sensor: Sensor) -> Path:
 
 def through_bridge(file: Path, rig: SensorRig, make: Callable[[int], Measurement], frames: int):  # type: ignore[no-untyped-def]
     node, wall = load_node(file), []
-    bridge = Bridge(node, rig)
+    bridge = bridge_to(node, rig)
     try:
         lockstep = Lockstep(bridge, node.rules, WAITING_FROM)
         bridge.shake_hands(lockstep)

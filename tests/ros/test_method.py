@@ -14,10 +14,11 @@ from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.outcomes import Outcome
 from taskslam.processes.guest import Limits
+from taskslam.ros.bridge import WAITING_FROM
 from taskslam.ros.check import check_node
 from taskslam.ros.lockstep import Lockstep
+from taskslam.ros.method import bridge_to
 from taskslam.ros.node_file import load_node
-from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge
 from taskslam.slam.cards import card_of
 from taskslam.slam.conformance.drive import ConformanceDrive
 from taskslam.slam.content import place_of
@@ -64,7 +65,7 @@ def drive(host, rig, seconds=3.0, begin=0.0, each=lambda measurement: None):
 
 def connect(file, rig):
     """Start a node and shake hands, without a process of its own for the method."""
-    bridge = Bridge(file, rig)
+    bridge = bridge_to(file, rig)
     try:
         bridge.shake_hands(Lockstep(bridge, file.rules, WAITING_FROM))
     finally:

@@ -1,6 +1,6 @@
 """A ROS node as a method: `-m ros:NODE.yaml`, or `-m ros:NAME` for a node file that ships.
 
-Master, bridge and node live in the method's own process and below it, behind its wall. Every life has a fresh node, and
+What it is spoken to with and the node live in the method's own process and below it, behind its wall. Every life has a fresh node, and
 a simulated clock that never goes back.
 """
 
@@ -12,10 +12,10 @@ from typing import ClassVar
 from taskslam.errors import InputError, did_you_mean
 from taskslam.measurements import NANOSECONDS, Measurement
 from taskslam.robot import SensorRig
+from taskslam.ros.bridge import WAITING_FROM, Bridge
 from taskslam.ros.lockstep import Lockstep
 from taskslam.ros.node_file import NodeFile, load_node
 from taskslam.ros.notes import note
-from taskslam.ros.ros1.bridge import WAITING_FROM, Bridge
 from taskslam.sensors import sensor_kind
 from taskslam.slam.base import MethodCard, PoseEstimate, SlamMethod, Status
 
@@ -32,6 +32,17 @@ def method_of(reference: str) -> type[SlamMethod]:
         node: ClassVar[NodeFile] = file
 
     return Described
+
+
+def bridge_to(file: NodeFile, rig: SensorRig) -> Bridge:
+    """Start a node, and what its ROS is spoken with. Raises InputError: it cannot be, or does not fit the robot."""
+    if file.ros == 1:
+        from taskslam.ros.ros1.bridge import Ros1Bridge
+
+        return Ros1Bridge(file, rig)
+    from taskslam.ros.ros2.bridge import Ros2Bridge
+
+    return Ros2Bridge(file, rig)
 
 
 class RosNode(SlamMethod):
@@ -52,7 +63,7 @@ class RosNode(SlamMethod):
 
     def start(self, rig: SensorRig) -> None:
         """Start the node, and wait until it is connected. Raises InputError: it will not, in words."""
-        self._bridge = Bridge(self._file, rig)
+        self._bridge = bridge_to(self._file, rig)
         self._lockstep = Lockstep(self._bridge, self._file.rules, WAITING_FROM)
         self._bridge.shake_hands(self._lockstep)
         self._awaited = self._file.awaited

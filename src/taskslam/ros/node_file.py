@@ -25,6 +25,7 @@ from taskslam.errors import InputError, did_you_mean
 from taskslam.field_types import NonNegative, Positive
 from taskslam.measurements import Sensor
 from taskslam.ros.lockstep import Answers, Rules
+from taskslam.ros.qos import Quality
 from taskslam.sensors import sensor_kind
 from taskslam.slam.base import Kind, MapMode, MethodCard
 from taskslam.user_files import Shipped, check
@@ -36,6 +37,10 @@ POSE_TYPES = (
     "geometry_msgs/TransformStamped",
     "nav_msgs/Odometry",
 )
+TF, TF_STATIC, CLOCK = "/tf", "/tf_static", "/clock"
+ALWAYS = (TF, TF_STATIC, CLOCK)
+"""Topics that every node is told."""
+
 _BESIDE = "./"
 _INT32 = 1 << 31
 _MILLISECOND = 1_000_000
@@ -90,7 +95,7 @@ class Needs(_Part):
     """What the node needs beyond the wall around a method, printed beside its results.
 
     reads: files and folders, such as the ROS prefix under the one whose `setup` is named (which is open). The ROS log
-    is written into the method's own folder; TCP to this machine is always open to a ROS 1 node.
+    is written into the method's own folder. TCP is always open to a ROS 1 node, shared memory to a ROS 2 node.
     """
 
     reads: tuple[Text, ...] = ()
@@ -101,11 +106,12 @@ class NodeFile(_Part):
     """A node file.
 
     name: of the node and of the method. ros: its version. command: how it is started, without a shell. setup: a script
-    that is sourced before (bash). environment: variables. parameters: a name that begins with a slash is the whole
-    name, any other is the node's own; the type is that of the value (1 is an int, 1.0 a double). extrinsics: parameters
-    that are worked out from the robot. remaps: as in `from:=to`. sensors: what the node is told. awaits: the sensor
-    whose frames it answers. topics: names of ours that shall be others. frames: the same for frames. mounts: sensors
-    that shall be told to sit elsewhere in the base than they do. reset: `restart`, a fresh process for every life, or a
+    that is sourced before (bash); the `python3` that it leaves speaks ROS 2 for us, and without it our own interpreter.
+    environment: variables. parameters: the type is that of the value (1 is an int, 1.0 a double); for ROS 1, a name
+    that begins with a slash is the whole name, any other is the node's own. extrinsics: parameters that are worked out
+    from the robot. remaps: as in `from:=to`. sensors: what the node is told. awaits: the sensor whose frames it
+    answers. topics: names of ours that shall be others. frames: the same for frames. qos: quality of service by topic,
+    for ROS 2: of ours as the node has them, and of the answer's. reset: `restart`, a fresh process for every life, or a
     service without a request that is called besides, before the first measurement. tick_ms: of the clock while it is
     waited for. patience: s on the wall's clock for one answer, a long time; in_a_row: so many frames without an answer
     end a node that answers every frame. start: s on the wall's clock until it must be connected. repeats: whether the
@@ -113,7 +119,7 @@ class NodeFile(_Part):
     """
 
     name: Name
-    ros: Literal[1] = 1
+    ros: Literal[1, 2] = 1
     command: Annotated[str, Field(min_length=1, description="how the node is started")]
     setup: Text | None = None
     environment: dict[Name, str] = {}
@@ -124,6 +130,7 @@ class NodeFile(_Part):
     awaits: str | None = None
     topics: dict[Topic, Topic] = {}
     frames: dict[Text, Text] = {}
+    qos: dict[Topic, Quality] = {}
     answer: Annotated[Answer, Field(description="where its live pose is heard")]
     answers: Answers = Answers.EVERY_FRAME
     reset: Literal["restart"] | Topic = "restart"
@@ -154,6 +161,17 @@ class NodeFile(_Part):
         return parameters
 
     @model_validator(mode="after")
+    def _as_its_ros_has_them(self) -> Self:
+        if self.ros == 1 and self.qos:
+            raise ValueError("qos: ROS 1 has none; expected it with ros: 2")
+        for name, value in self.parameters.items() if self.ros == 2 else ():
+            if name.startswith("/"):
+                raise ValueError(f"parameters: {name} begins with a slash; a parameter of ROS 2 is always a node's own")
+            if wrong := _mixed(value):
+                raise ValueError(f"parameters: {name} {wrong}")
+        return self
+
+    @model_validator(mode="after")
     def _consistent(self) -> Self:
         try:
             kinds = [sensor_kind(sensor) for sensor in self.sensors]
@@ -174,7 +192,17 @@ class NodeFile(_Part):
             if topic not in known:
                 hint = did_you_mean(topic, known)
                 raise ValueError(f"topics: {topic} is none of ours; expected one of {', '.join(known)}.{hint}")
+        heard = [self.answer.topic] if self.answer.topic else []
+        told = list(dict.fromkeys([*map(self.called, known), *ALWAYS, *heard]))
+        for topic in self.qos:
+            if topic not in told:
+                hint = did_you_mean(topic, told)
+                raise ValueError(f"qos: {topic} is no topic between us; expected one of {', '.join(told)}.{hint}")
         return self
+
+    def called(self, topic: str) -> str:
+        """What the node calls one of our topics."""
+        return self.topics.get(topic, topic)
 
     @property
     def awaited(self) -> Sensor:
@@ -230,8 +258,8 @@ class NodeFile(_Part):
             queue=self.queue,
             homepage=self.homepage,
             reads=self.places,
-            loopback=True,
-            shared_memory=self.needs.shared_memory,
+            loopback=self.ros == 1,
+            shared_memory=self.needs.shared_memory or self.ros == 2,
         )
 
 
@@ -264,6 +292,18 @@ def _not_a_parameter(value: object) -> str:
     return (
         f"is a {type(value).__name__}: expected true or false, an int, a double, text, or lists and mappings of these"
     )
+
+
+def _mixed(value: object) -> str:
+    """Why a value cannot be a parameter of ROS 2; empty if it can."""
+    match value:
+        case []:
+            return "is an empty list, of which ROS 2 cannot tell the type"
+        case [first, *rest] if any(type(other) is not type(first) for other in rest) or isinstance(first, list | dict):
+            return "is a list of several types; ROS 2 has lists of one: true or false, ints, doubles, or texts"
+        case dict():
+            return next(filter(None, map(_mixed, value.values())), "")
+    return ""
 
 
 def _texts(value: object) -> Iterator[str]:

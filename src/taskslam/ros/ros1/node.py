@@ -143,7 +143,7 @@ class Node:
         with self._lock:
             return sum(at == topic and link is not None for (at, _), link in self._links.items())
 
-    def decode(self, kind: str, data: bytearray) -> Any:
+    def decode(self, kind: str, data: bytes | bytearray) -> Any:
         """The message of some bytes. Raises RosError: they are no such message."""
         try:
             return self.store.deserialize_ros1(memoryview(data), _long(kind))
