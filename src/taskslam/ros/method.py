@@ -1,7 +1,7 @@
 """A ROS node as a method: `-m ros:NODE.yaml`, or `-m ros:NAME` for a node file that ships.
 
-What it is spoken to with and the node live in the method's own process and below it, behind its wall. Every life has a fresh node, and
-a simulated clock that never goes back.
+The node, and what its ROS is spoken with, live in the method's own process and below it, behind its wall. Every life
+has a fresh node, and a simulated clock that never goes back.
 """
 
 from __future__ import annotations

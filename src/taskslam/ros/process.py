@@ -21,18 +21,22 @@ _LAST_LINES = 6
 _LONGEST_LINE = 200
 _POLITE_S = 1.0  # from SIGINT to SIGKILL
 _OURS = ("PYTHONPATH", "PYTHONHOME", "PYTHONHASHSEED", "VIRTUAL_ENV", "NUMBA_CACHE_DIR")
+_LIBRARIES_FOUND = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # by which ROS 2's wheels know that LD_LIBRARY_PATH names them
+_LOOKED_AT = 4096
 _CPU_OF_PROCESS = 2  # Linux's clock of a process's processor time: the pid, inverted, above these bits
 
 
 class NodeProcess:
-    """A started node. command: its words; setup: a script that bash sources before; variables: win over all others.
+    """A started node. command, setup, variables, ours: as for `program`.
 
     What it prints goes on to our own output, and its last lines are kept. Raises InputError: it cannot be started.
     """
 
-    def __init__(self, command: Sequence[str], setup: str | None, variables: Mapping[str, str]) -> None:
+    def __init__(
+        self, command: Sequence[str], setup: str | None, variables: Mapping[str, str], ours: bool = False
+    ) -> None:
         self._lines: deque[str] = deque(maxlen=_LAST_LINES)
-        words, environment = program(command, setup, variables)
+        words, environment = program(command, setup, variables, ours)
         try:
             self._process = subprocess.Popen(  # noqa: S603
                 words,
@@ -112,11 +116,25 @@ def processor_time(processes: Collection[int]) -> int:
     return used
 
 
+def session_of(leader: int) -> list[int]:
+    """The processes of a session, by asking for every id from its leader's on: of /proc, a wall may show us our own."""
+    return [process for process in range(leader, leader + _LOOKED_AT) if _session(process) == leader]
+
+
+def _session(process: int) -> int:
+    try:
+        return os.getsid(process)
+    except OSError:
+        return 0
+
+
 def _environment(ours: bool) -> dict[str, str]:
-    """Ours; without what belongs to our Python where a program has its own."""
+    """This process's; without what belongs to our Python, where a program has its own, and else with its programs."""
     environment = {name: value for name, value in os.environ.items() if name not in _OURS}
     if ours:
-        return environment
+        beside = str(Path(sys.executable).parent)
+        return environment | {"PATH": os.pathsep.join([beside, environment.get("PATH", os.defpath)])}
+    environment.pop(_LIBRARIES_FOUND, None)
     prefixes = {Path(prefix) for prefix in (sys.prefix, sys.exec_prefix) if prefix != sys.base_prefix}
     for name in ("PATH", "LD_LIBRARY_PATH"):
         entries = environment.get(name, os.defpath if name == "PATH" else "").split(os.pathsep)

@@ -32,7 +32,7 @@ import signal
 import struct
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO
 
 LENGTHS = struct.Struct("<II")
@@ -236,6 +236,16 @@ class Bridge:
         return bool(answer.goals_canceling)
 
 
+def in_humble(variables: Mapping[str, str]) -> dict[str, str]:
+    """Variables of later distributions with those by which Humble understands them."""
+    told = dict(variables)
+    if told.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST":
+        told["ROS_LOCALHOST_ONLY"] = "1"
+    if profile := told.get("FASTDDS_DEFAULT_PROFILES_FILE"):
+        told["FASTRTPS_DEFAULT_PROFILES_FILE"] = profile
+    return told
+
+
 def plain(value: Any) -> Any:
     """A message as mappings, lists and numbers."""
     if hasattr(value, "get_fields_and_field_types"):
@@ -329,8 +339,8 @@ def main(name: str) -> None:
     try:
         if sys.version_info < (3, 10):  # noqa: UP036 it is the user's
             raise RuntimeError(f"{sys.executable} is Python {sys.version.split()[0]}; expected 3.10 or later")
-        if os.environ.get("ROS_DISTRO") == "humble":  # which does not know ROS_AUTOMATIC_DISCOVERY_RANGE yet
-            os.environ["ROS_LOCALHOST_ONLY"] = "1"
+        if os.environ.get("ROS_DISTRO") == "humble":
+            os.environ.update(in_humble(os.environ))
         bridge = Bridge(name, output)
     except Exception as error:  # whatever it is, it is told
         for part in frame({"unable": f"{sys.executable}: {_words(error)}"}):

@@ -146,10 +146,10 @@ class Ros2:
         """How many peers a publication or a subscription is connected to."""
         return int(self._ask("matched", id=number))
 
-    def decode(self, kind: str, data: bytes) -> Any:
+    def decode(self, kind: str, data: bytes | bytearray) -> Any:
         """The message of some bytes. Raises RosError: they are no such message."""
         try:
-            return self.store.deserialize_cdr(data, kind)
+            return self.store.deserialize_cdr(memoryview(data), kind)
         except Exception as error:  # of many kinds, on damaged bytes
             raise RosError(f"not a {kind}: {error}") from error
 
