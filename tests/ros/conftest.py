@@ -1,7 +1,8 @@
-"""Peers: Debian's own ROS 1 (rospy, rosmaster, roscpp), and nodes that are written for the tests."""
+"""Peers: Debian's own ROS 1 (rospy, rosmaster, roscpp), ROS 2 from wheels, and nodes that are written for the tests."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shlex
 import shutil
@@ -14,18 +15,30 @@ from typing import Any
 import pytest
 import yaml
 
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor
+from taskslam.processes.guest import Limits
 from taskslam.robot import SensorRig, load_robot
+from taskslam.ros.bridge import WAITING_FROM
+from taskslam.ros.lockstep import Lockstep
+from taskslam.ros.method import bridge_to
+from taskslam.ros.node_file import NodeFile, load_node
 from taskslam.ros.ros1.master import Master
 from taskslam.ros.ros1.node import Node
+from taskslam.slam.base import PoseEstimate
+from taskslam.slam.conformance.drive import ConformanceDrive
+from taskslam.slam.guest.host import MethodHost
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
 PEERS = Path(__file__).parent / "peers"
 PACKAGES = (Path(__file__).parent / "debian_packages.txt").read_text().split()
+SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY})
+ZERO = LatencyModel(LatencyMode.ZERO)
 PYTHON = "/usr/bin/python3"  # Debian's, which has rospy
 
 
-def absent(what: str) -> None:
-    """Skip where Debian's ROS is not installed; in CI it must be."""
-    words = f"needs {what}: apt install --no-install-recommends {' '.join(PACKAGES)}"
+def absent(what: str, how: str = f"apt install --no-install-recommends {' '.join(PACKAGES)}") -> None:
+    """Skip where a ROS is not installed; in CI it must be."""
+    words = f"needs {what}: {how}"
     if os.environ.get("CI") == "true":
         pytest.fail(words)
     pytest.skip(words)
@@ -43,6 +56,13 @@ def debian_python() -> str:
     if not Path(PYTHON).exists() or subprocess.run(command, capture_output=True, check=False).returncode:
         absent("Debian's rospy and rosmaster")
     return PYTHON
+
+
+@pytest.fixture(scope="session")
+def ros2() -> None:
+    """Our own interpreter has the wheels of ROS 2."""
+    if importlib.util.find_spec("rclpy") is None or importlib.util.find_spec("rmw_fastrtps_cpp") is None:
+        absent("the wheels of ROS 2", "pip install 'taskslam[ros2]'")
 
 
 @pytest.fixture(scope="session")
@@ -125,6 +145,62 @@ def write_node(tmp_path: Path) -> Callable[..., Path]:
         return file
 
     return write
+
+
+@pytest.fixture
+def host_of(rig: SensorRig, tmp_path: Path) -> Iterator[Callable[..., MethodHost]]:
+    """Hosts of node files or other methods, stopped in the end."""
+    hosts: list[MethodHost] = []
+
+    def make(method: Path | str, latency: LatencyModel = ZERO, options: dict[str, Any] | None = None) -> MethodHost:
+        card = load_node(method).card() if isinstance(method, Path) else None
+        name = f"ros:{method}" if isinstance(method, Path) else method
+        folder = tmp_path / f"run{len(hosts)}"
+        folder.mkdir()
+        limits = Limits(frame_timeout_s=20.0)
+        hosts.append(MethodHost(name, options or {}, rig, folder / "method.log", latency, limits, described=card))
+        return hosts[-1]
+
+    yield make
+    for host in hosts:
+        host.stop()
+
+
+@pytest.fixture(scope="session")
+def drive() -> Callable[..., list[PoseEstimate]]:
+    """`drive(host, rig, seconds)`: the estimates of a drive."""
+
+    def estimates_of(
+        host: MethodHost,
+        rig: SensorRig,
+        seconds: float = 3.0,
+        begin: float = 0.0,
+        each: Callable[[Measurement], object] = lambda measurement: None,
+    ) -> list[PoseEstimate]:
+        estimates: list[PoseEstimate] = []
+        for measurement in ConformanceDrive(rig, 0.2, sensors=SENSORS).measurements(
+            round(begin * NANOSECONDS), round((begin + seconds) * NANOSECONDS)
+        ):
+            each(measurement)
+            host.feed(measurement)
+            estimates += host.collect(measurement.stamp)
+        return estimates
+
+    return estimates_of
+
+
+@pytest.fixture(scope="session")
+def connect() -> Callable[[NodeFile, SensorRig], None]:
+    """`connect(file, rig)`: start a node and shake hands, without a process of its own for the method."""
+
+    def connected(file: NodeFile, rig: SensorRig) -> None:
+        bridge = bridge_to(file, rig)
+        try:
+            bridge.shake_hands(Lockstep(bridge, file.rules, WAITING_FROM))
+        finally:
+            bridge.close()
+
+    return connected
 
 
 def _eventually(holds: Callable[[], Any], within_s: float = 15.0) -> Any:

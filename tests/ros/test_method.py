@@ -11,65 +11,17 @@ import pytest
 
 from taskslam.errors import InputError
 from taskslam.geometry import SE2
-from taskslam.measurements import NANOSECONDS, Sensor
+from taskslam.measurements import NANOSECONDS
 from taskslam.outcomes import Outcome
-from taskslam.processes.guest import Limits
-from taskslam.ros.bridge import WAITING_FROM
 from taskslam.ros.check import check_node
-from taskslam.ros.lockstep import Lockstep
-from taskslam.ros.method import bridge_to
 from taskslam.ros.node_file import load_node
 from taskslam.slam.cards import card_of
-from taskslam.slam.conformance.drive import ConformanceDrive
 from taskslam.slam.content import place_of
 from taskslam.slam.guest.failure import MethodFailedError
-from taskslam.slam.guest.host import MethodHost
 from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import find_method
 
 PEERS = Path(__file__).parent / "peers"
-SENSORS = frozenset({Sensor.LASER_SCAN, Sensor.WHEEL_ODOMETRY})
-ZERO = LatencyModel(LatencyMode.ZERO)
-
-
-@pytest.fixture
-def host_of(rig, tmp_path):
-    """Hosts of node files or other methods, stopped in the end."""
-    hosts = []
-
-    def make(method, latency=ZERO, options=None):
-        card = load_node(method).card() if isinstance(method, Path) else None
-        name = f"ros:{method}" if isinstance(method, Path) else method
-        folder = tmp_path / f"run{len(hosts)}"
-        folder.mkdir()
-        limits = Limits(frame_timeout_s=20.0)
-        hosts.append(MethodHost(name, options or {}, rig, folder / "method.log", latency, limits, described=card))
-        return hosts[-1]
-
-    yield make
-    for host in hosts:
-        host.stop()
-
-
-def drive(host, rig, seconds=3.0, begin=0.0, each=lambda measurement: None):
-    """The estimates of a drive."""
-    estimates = []
-    for measurement in ConformanceDrive(rig, 0.2, sensors=SENSORS).measurements(
-        round(begin * NANOSECONDS), round((begin + seconds) * NANOSECONDS)
-    ):
-        each(measurement)
-        host.feed(measurement)
-        estimates += host.collect(measurement.stamp)
-    return estimates
-
-
-def connect(file, rig):
-    """Start a node and shake hands, without a process of its own for the method."""
-    bridge = bridge_to(file, rig)
-    try:
-        bridge.shake_hands(Lockstep(bridge, file.rules, WAITING_FROM))
-    finally:
-        bridge.close()
 
 
 def running(binary: Path) -> list[int]:
@@ -88,7 +40,7 @@ def log_of(host):
     return host._log.read_text()
 
 
-def test_every_scan_is_answered_with_the_odometry_of_its_own_stamp(host_of, write_node, rate_node, rig):
+def test_every_scan_is_answered_with_the_odometry_of_its_own_stamp(host_of, write_node, rate_node, rig, drive):
     """Its worker sleeps in simulated time, and answers once it has the transform and the clock has come there."""
     host = host_of(write_node(rate_node, parameters={"whole": 7, "rate": 100.0}, reset="/reset"))
     host.start()
@@ -108,7 +60,7 @@ def test_every_scan_is_answered_with_the_odometry_of_its_own_stamp(host_of, writ
     assert running(rate_node) == []
 
 
-def test_a_clock_of_another_beat_changes_no_pose(host_of, write_node, rate_node, rig):
+def test_a_clock_of_another_beat_changes_no_pose(host_of, write_node, rate_node, rig, drive):
     poses = []
     for tick in (1.0, 7.0):
         host = host_of(write_node(rate_node, tick_ms=tick, parameters={"rate": 40.0}))
@@ -118,7 +70,7 @@ def test_a_clock_of_another_beat_changes_no_pose(host_of, write_node, rate_node,
     assert len(poses[0]) == 30
 
 
-def test_two_runs_at_once_do_not_meet_nor_ask_the_users_master(host_of, write_node, rate_node, rig, monkeypatch):
+def test_two_runs_at_once_do_not_meet_nor_ask_the_users_master(host_of, write_node, rate_node, rig, monkeypatch, drive):
     monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:11311")
     hosts = [host_of(write_node(rate_node)) for _ in range(2)]
     for host in hosts:
@@ -130,7 +82,7 @@ def test_two_runs_at_once_do_not_meet_nor_ask_the_users_master(host_of, write_no
     assert len(one) == 20
 
 
-def test_measured_latency_counts_the_work_of_the_node(host_of, write_node, rate_node, rig):
+def test_measured_latency_counts_the_work_of_the_node(host_of, write_node, rate_node, rig, drive):
     host = host_of(
         write_node(rate_node, parameters={"fault": "works", "after": 0}, queue=100), LatencyModel(LatencyMode.MEASURED)
     )
@@ -139,7 +91,7 @@ def test_measured_latency_counts_the_work_of_the_node(host_of, write_node, rate_
     assert 20 * 0.020 <= host.compute_s < 20 * 0.2
 
 
-def test_a_sparse_node_that_says_nothing_is_not_waited_for_long(host_of, write_node, rate_node, rig):
+def test_a_sparse_node_that_says_nothing_is_not_waited_for_long(host_of, write_node, rate_node, rig, drive):
     parameters = {"fault": "silent", "after": 5}
     host = host_of(write_node(rate_node, parameters=parameters, answers="sparse", patience=60.0, in_a_row=2))
     host.start()
@@ -166,7 +118,9 @@ def test_a_sparse_node_that_says_nothing_is_not_waited_for_long(host_of, write_n
         ("ahead", Outcome.INVALID_OUTPUT, r"a pose stamped 0\.05 s after the newest frame"),
     ],
 )
-def test_a_fault_is_named_and_nothing_is_left_running(host_of, write_node, rate_node, rig, fault, outcome, words):
+def test_a_fault_is_named_and_nothing_is_left_running(
+    host_of, write_node, rate_node, rig, fault, outcome, words, drive
+):
     host = host_of(write_node(rate_node, parameters={"fault": fault, "after": 3}, patience=0.7, in_a_row=2))
     host.start()
     with pytest.raises(MethodFailedError, match=words) as caught:
@@ -175,7 +129,7 @@ def test_a_fault_is_named_and_nothing_is_left_running(host_of, write_node, rate_
     assert running(rate_node) == []
 
 
-def test_a_node_that_is_killed_is_named_and_so_is_a_master(host_of, write_node, rate_node, rig):
+def test_a_node_that_is_killed_is_named_and_so_is_a_master(host_of, write_node, rate_node, rig, drive):
     for victim, words in (("node", "the node was killed by SIGKILL"), ("master", "yaml killed by SIGKILL")):
         host = host_of(write_node(rate_node))
         host.start()
@@ -211,7 +165,7 @@ def test_a_node_that_is_killed_is_named_and_so_is_a_master(host_of, write_node, 
         ({"reset": "/begin"}, "reset by the service /begin: .*no provider of the service /begin"),
     ],
 )
-def test_what_keeps_a_node_from_starting_is_said(write_node, rate_node, rig, changes, words):
+def test_what_keeps_a_node_from_starting_is_said(write_node, rate_node, rig, changes, words, connect):
     command = changes.get("command", "NODE").replace("NODE", str(rate_node))
     file = load_node(write_node(rate_node, **{"start": 1.5, **changes, "command": command}))
     with pytest.raises(InputError, match=words):
@@ -225,7 +179,7 @@ def test_an_option_that_is_no_parameter_is_refused(host_of, write_node, rate_nod
         host.start()
 
 
-def test_what_a_node_says_of_itself_is_noted(host_of, write_node, rate_node, rig):
+def test_what_a_node_says_of_itself_is_noted(host_of, write_node, rate_node, rig, drive):
     parameters = {"fault": "warns", "after": 0, "ratte": 5.0, "odom_frame": "odm"}
     host = host_of(write_node(rate_node, parameters=parameters))
     host.start()
@@ -239,13 +193,28 @@ def test_what_a_node_says_of_itself_is_noted(host_of, write_node, rate_node, rig
     assert "[ros] nobody reads /odom." in log
 
 
-def test_a_setup_script_is_sourced(host_of, write_node, rate_node, rig, tmp_path):
+def test_a_setup_script_is_sourced(host_of, write_node, rate_node, rig, tmp_path, drive):
     (tmp_path / "prefix").mkdir()
     (tmp_path / "prefix" / "setup.bash").write_text(f"export PATH={rate_node.parent}:$PATH ROS_MASTER_URI=http://x\n")
     needs = {"reads": [str(rate_node.parent)]}
     host = host_of(write_node("rate_node", setup=str(tmp_path / "prefix" / "setup.bash"), needs=needs))
     host.start()
     assert len(drive(host, rig, 1.0)) == 10
+
+
+def test_an_answer_that_is_offered_with_the_first_frame_is_heard(host_of, write_node, rate_node, rig, drive):
+    host = host_of(write_node(rate_node, parameters={"late": True}, patience=1.0))
+    host.start()
+    assert [round(e.stamp / NANOSECONDS, 1) for e in drive(host, rig, 0.5)] == [0.1, 0.2, 0.3, 0.4]
+
+
+def test_an_answer_that_nobody_ever_offers_is_told(host_of, write_node, rate_node, rig, drive):
+    answer = {"topic": "/poses", "type": "geometry_msgs/PoseWithCovarianceStamped"}
+    host = host_of(write_node(rate_node, answer=answer, patience=0.7))
+    host.start()
+    with pytest.raises(MethodFailedError, match=r"nobody publishes /poses: .*/pose\. Did you mean '/pose'\?") as caught:
+        drive(host, rig)
+    assert caught.value.outcome is Outcome.STALLED
 
 
 def test_the_card_of_a_node_file_is_learned_behind_the_wall(write_node, rate_node):
@@ -255,7 +224,7 @@ def test_the_card_of_a_node_file_is_learned_behind_the_wall(write_node, rate_nod
         card_of("ros:none")
 
 
-def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write_node, rig):
+def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write_node, rig, drive):
     loop = host_of("karto")
     loop.start()
     expected = drive(loop, rig, 8.0)
@@ -263,7 +232,7 @@ def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write_nod
     source = Path(__file__).parents[2] / "src"
     node = host_of(
         write_node(
-            f"{sys.executable} {PEERS / 'karto_node.py'}",
+            f"{sys.executable} {PEERS / 'karto_node.py'} 1",
             name="karto_node",
             frames=None,
             environment={"PYTHONPATH": str(source), "KARTO_COMPILED": str(kept)},

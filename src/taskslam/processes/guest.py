@@ -41,7 +41,9 @@ _LONGEST_WORDS = 160
 _PYTHON_TELLS = "Fatal Python error"  # how its fault handler begins
 
 # Only these variables reach a guest: where programs and packages are, and locales. Homes and caches are in its scratch.
-_ENVIRONMENT = ("PATH", "LANG", "LANGUAGE", "TZ", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONHASHSEED")
+# (With ROS 2's wheels every Python starts itself again so as to find their libraries, unless it is told that it has.)
+STARTED_AGAIN = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
+_ENVIRONMENT = ("PATH", "LANG", "LANGUAGE", "TZ", "LD_LIBRARY_PATH", STARTED_AGAIN, "VIRTUAL_ENV", "PYTHONHASHSEED")
 METHOD_VARIABLES = ("TASKSLAM_METHOD_", "PYORBSLAM3_")
 _ENVIRONMENT_PREFIXES = ("LC_", "NUMBA_", *METHOD_VARIABLES)
 _COMPILED = "compiled"

@@ -16,12 +16,12 @@ from pathlib import Path
 
 from taskslam.errors import InputError
 from taskslam.printable import one_line
+from taskslam.processes.guest import STARTED_AGAIN
 
 _LAST_LINES = 6
 _LONGEST_LINE = 200
 _POLITE_S = 1.0  # from SIGINT to SIGKILL
 _OURS = ("PYTHONPATH", "PYTHONHOME", "PYTHONHASHSEED", "VIRTUAL_ENV", "NUMBA_CACHE_DIR")
-_LIBRARIES_FOUND = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # by which ROS 2's wheels know that LD_LIBRARY_PATH names them
 _LOOKED_AT = 4096
 _CPU_OF_PROCESS = 2  # Linux's clock of a process's processor time: the pid, inverted, above these bits
 
@@ -134,7 +134,7 @@ def _environment(ours: bool) -> dict[str, str]:
     if ours:
         beside = str(Path(sys.executable).parent)
         return environment | {"PATH": os.pathsep.join([beside, environment.get("PATH", os.defpath)])}
-    environment.pop(_LIBRARIES_FOUND, None)
+    environment.pop(STARTED_AGAIN, None)
     prefixes = {Path(prefix) for prefix in (sys.prefix, sys.exec_prefix) if prefix != sys.base_prefix}
     for name in ("PATH", "LD_LIBRARY_PATH"):
         entries = environment.get(name, os.defpath if name == "PATH" else "").split(os.pathsep)

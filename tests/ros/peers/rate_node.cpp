@@ -50,12 +50,16 @@ int main(int argc, char** argv) {
   std::string fault, topic = "/pose";
   int after = 3, whole = 0;
   double rate = 100.0;
+  bool late = false;
   own.getParam("fault", fault);
   own.getParam("after", after);
   own.getParam("rate", rate);
   own.getParam("whole", whole);
   own.getParam("topic", topic);
-  auto pose = node.advertise<geometry_msgs::PoseWithCovarianceStamped>(topic, 10);
+  own.getParam("late", late);
+  ros::Publisher pose;
+  const auto offer = [&] { pose = node.advertise<geometry_msgs::PoseWithCovarianceStamped>(topic, 10); };
+  if (!late) offer();
   auto scan = node.subscribe("/scan", 100, takeScan);
   auto tf = node.subscribe("/tf", 100, takeTransforms);
   auto service = node.advertiseService("/reset", reset);
@@ -92,6 +96,7 @@ int main(int argc, char** argv) {
           if (fault == "works")  // 20 ms of processor time
             for (auto until = std::clock() + CLOCKS_PER_SEC / 50; std::clock() < until;) {}
         }
+        if (!pose) { offer(); continue; }
         pose.publish(answer);
       }
     }

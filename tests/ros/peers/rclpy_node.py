@@ -3,6 +3,7 @@
 Parameters: fault, after (frames before it), rate (a double), whole (an int), late (offers /pose with its first frame).
 """
 
+import contextlib
 import os
 import sys
 import time
@@ -85,4 +86,5 @@ class Echo(Node):
 
 
 rclpy.init(args=sys.argv)
-rclpy.spin(Echo())
+with contextlib.suppress(KeyboardInterrupt):
+    rclpy.spin(Echo())

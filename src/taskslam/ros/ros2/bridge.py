@@ -6,13 +6,12 @@ own, its parameters', has answered a client that we made after all our topics: w
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-
-import yaml
 
 from taskslam.errors import InputError, did_you_mean
 from taskslam.robot import SensorRig
@@ -105,7 +104,8 @@ class Ros2Bridge(Bridge):
         file, folder = self._file, Path(self._folder.name)
         parameters = folder / "parameters.yaml"
         given = {"use_sim_time": True, **self._given()}
-        parameters.write_text(yaml.safe_dump({"/**": {"ros__parameters": given}}), encoding="utf-8")
+        said = json.dumps({"/**": {"ros__parameters": given}})  # which is YAML, and text in it is text: "nan", "on"
+        parameters.write_text(said, encoding="utf-8")
         remaps = [f"{from_}:={to}" for from_, to in {"__node": file.name, **file.remaps}.items()]
         words = ["--ros-args", "--params-file", str(parameters), *(part for one in remaps for part in ("-r", one))]
         variables = {"PYTHONUNBUFFERED": "1", **file.environment, **self._domain.variables}

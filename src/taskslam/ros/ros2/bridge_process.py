@@ -121,20 +121,16 @@ class Bridge:
 
     def take(self, header: dict[str, Any], body: bytes) -> None:
         """Do what a frame asks for."""
-        number, what = header.get("ask", 0), header.get("do")
-        try:
-            if what == "publish":
+        what = header.get("do")
+        if what == "publish":
+            try:
                 self._topics[header["id"]].publish(body)
-                return
-            deed = getattr(self, f"_do_{what}", None)
-            if deed is None:
-                raise ValueError(f"there is no '{what}' to do")
-            if what in ("call", "send_goal", "cancel"):  # these wait for others, and more is to be done meanwhile
-                threading.Thread(target=self._answer, args=(number, deed, header), daemon=True).start()
-            else:
-                self._answer(number, deed, header)
-        except Exception as error:  # whatever the middleware raises is told, and the bridge lives on
-            self.say({"error": f"{what}: {_words(error)}"})
+            except Exception as error:  # whatever the middleware raises is told, and the bridge lives on
+                self.say({"error": f"publish: {_words(error)}"})
+        elif what in ("call", "send_goal", "cancel"):  # these wait for others, and more is to be done meanwhile
+            threading.Thread(target=self._answer, args=(header,), daemon=True).start()
+        else:
+            self._answer(header)
 
     def close(self) -> None:
         """Leave."""
@@ -148,10 +144,14 @@ class Bridge:
         with contextlib.suppress(Exception):  # the context was shut down, by us
             self._executor.spin()
 
-    def _answer(self, number: int, deed: Callable[..., Any], header: dict[str, Any]) -> None:
+    def _answer(self, header: dict[str, Any]) -> None:
+        number, what = header.pop("ask", 0), header.pop("do", "")
         try:
-            answer = {"answer": number, "value": deed(**{k: v for k, v in header.items() if k not in ("ask", "do")})}
-        except Exception as error:
+            deed = getattr(self, f"_do_{what}", None)
+            if deed is None:
+                raise ValueError(f"there is no '{what}' to do")
+            answer = {"answer": number, "value": deed(**header)}
+        except Exception as error:  # as above
             answer = {"answer": number, "error": _words(error)}
         self.say(answer)
 
