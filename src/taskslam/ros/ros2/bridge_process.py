@@ -32,7 +32,7 @@ import signal
 import struct
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, BinaryIO
 
 LENGTHS = struct.Struct("<II")
