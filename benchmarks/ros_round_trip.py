@@ -1,6 +1,6 @@
-"""What the door for ROS 1 nodes costs: a frame to a node and its answer back, and what is lost on the way.
+"""What the door for ROS nodes costs: a frame to a node and its answer back, and what is lost on the way.
 
-    python benchmarks/ros_round_trip.py [--frames 1000] [--pairs 10000]
+    python benchmarks/ros_round_trip.py [--frames 1000] [--pairs 10000] [--ros 1] [--ros 2]
 
 The node is a process of its own that looks at no pixel: it answers a frame once all its messages are there. Then the
 same through the whole method (its process, the wall, the pipe), beside a method that answers at once without any ROS.
@@ -17,15 +17,21 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
+from rosbags.typesys import Stores
+from rosbags.typesys.store import Typestore
 
 from common import machine_line
-from taskslam.measurements import LaserScan, Measurement, PointCloud, Sensor, StereoImages
+from taskslam.datasets.bag_access import ros_types
+from taskslam.datasets.ros_encoding import RosEncoder
+from taskslam.geometry import SE2
+from taskslam.measurements import NANOSECONDS, LaserScan, Measurement, PointCloud, Sensor, StereoImages
 from taskslam.robot import SensorRig, load_robot
 from taskslam.ros.bridge import WAITING_FROM
 from taskslam.ros.lockstep import Lockstep
@@ -44,8 +50,9 @@ TOPICS = {
         "/stereo/right/image_rect": "sensor_msgs/Image",
     },
 }
+WAYS = ((1, ""), (2, "reliable"), (2, "best_effort"))
 _STAMP = struct.Struct("<II")
-_SEQUENCE = 4  # bytes before it in a header
+_BEFORE = 4  # bytes of a message before its stamp: the header's number, or how CDR is encoded
 
 
 class Echo(SlamMethod):
@@ -81,6 +88,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--pairs", type=int, default=10_000, help="of the stereo camera, for what is lost")
+    parser.add_argument("--ros", type=int, action="append", choices=(1, 2), help="once for each; both without it")
     asked = parser.parse_args()
     rig = load_robot("turtlebot2").rig
     loads = {
@@ -92,16 +100,21 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for words, (make, echo) in loads.items():
-            file = node_file(folder, make(0).sensor)
-            counts, wall = through_bridge(file, rig, make, asked.frames)
-            print(f"{words:24} node {shown(wall)}; {counts.missing} of {counts.frames} lost")
-            for way, method in (("ROS", f"ros:{file}"), ("none", f"ros_round_trip:{echo}")):
-                print(
-                    f"{words:24} method, {way:4} {shown(through_host(method, file, rig, make, asked.frames, folder))}"
-                )
+            without = through_host(f"ros_round_trip:{echo}", None, rig, make, asked.frames, folder)
+            print(f"{words:24} method without ROS   {shown(without)}")
+            for ros, quality in WAYS:
+                if ros in (asked.ros or (1, 2)):
+                    file = node_file(folder, make(0).sensor, ros, quality)
+                    counts, wall = through_bridge(file, rig, make, asked.frames)
+                    way = f"ROS {ros} {quality}"
+                    print(f"{words:24} node, {way:17} {shown(wall)}; {counts.missing} of {counts.frames} lost")
+                    wall = through_host(f"ros:{file}", file, rig, make, asked.frames, folder)
+                    print(f"{words:24} method, {way:15} {shown(wall)}")
         words, (make, _) = list(loads.items())[-1]
-        counts, wall = through_bridge(node_file(folder, make(0).sensor), rig, make, asked.pairs)
-        print(f"{words:24} {counts.missing} of {counts.frames} lost, node {shown(wall)}")
+        for ros, quality in WAYS:
+            if ros in (asked.ros or (1, 2)):
+                counts, wall = through_bridge(node_file(folder, make(0).sensor, ros, quality), rig, make, asked.pairs)
+                print(f"{words:24} ROS {ros} {quality}: {counts.missing} of {counts.frames} lost, node {shown(wall)}")
 
 
 def a_scan(rays: int) -> Callable[[int], Measurement]:
@@ -122,18 +135,21 @@ def a_pair(rig: SensorRig) -> Callable[[int], Measurement]:
     return lambda n: StereoImages(n * 33_333_333, left, right)
 
 
-def node_file(folder: Path, sensor: Sensor) -> Path:
+def node_file(folder: Path, sensor: Sensor, ros: int, quality: str) -> Path:
     source = Path(__file__).parents[1] / "src"
-    file = folder / f"{sensor}.yaml"
+    file = folder / f"{sensor}{ros}{quality}.yaml"
     content = {
         "name": "echo",
+        "ros": ros,
         "command": f"{sys.executable} {Path(__file__).absolute()} --echo={sensor}",
-        "environment": {"PYTHONPATH": f"{source}:{Path(__file__).parent.absolute()}"},
+        "environment": {"PYTHONPATH": f"{source}:{Path(__file__).parent.absolute()}", "QUALITY": quality},
         "needs": {"reads": [str(source), sys.prefix]},
         "sensors": [str(sensor)],
         "answer": {"topic": "/pose", "type": "geometry_msgs/PoseStamped"},
         "latency": 0.0,
     }
+    if ros == 2:
+        content["qos"] = {topic: {"reliability": quality} for topic in TOPICS[sensor]}
     file.write_text(yaml.safe_dump(content), encoding="utf-8")
     return file
 
@@ -156,11 +172,11 @@ def through_bridge(file: Path, rig: SensorRig, make: Callable[[int], Measurement
 
 
 def through_host(
-    method: str, file: Path, rig: SensorRig, make: Callable[[int], Measurement], frames: int, folder: Path
+    method: str, file: Path | None, rig: SensorRig, make: Callable[[int], Measurement], frames: int, folder: Path
 ) -> list[float]:
     wall = []
     (logs := folder / "logs").mkdir(exist_ok=True)
-    card = load_node(file).card() if method.startswith("ros:") else None
+    card = load_node(file).card() if file else None
     with MethodHost(method, {}, rig, logs / "method.log", LatencyModel(LatencyMode.ZERO), described=card) as host:
         for n in range(frames):
             measurement = make(n)
@@ -176,34 +192,58 @@ def shown(wall: list[float]) -> str:
     return f"p50 {low:6.2f} ms, p99 {high:6.2f} ms"
 
 
-def echo(sensor: str) -> None:
-    """The node: a pose at the origin for every stamp that all messages of a frame have come with."""
-    node, topics = Node("/echo", os.environ["ROS_MASTER_URI"]), TOPICS[Sensor(sensor)]
-    types, seen = node.store.types, Counter[bytes]()
-    answer = node.advertise("/pose", "geometry_msgs/PoseStamped")
-    pose = types["geometry_msgs/msg/Pose"](
-        position=types["geometry_msgs/msg/Point"](x=0.0, y=0.0, z=0.0),
-        orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
-    )
+class EchoNode:
+    """The node's rule: a pose at the origin for every stamp that all messages of a frame have come with.
 
-    def take(_: str, data: bytearray) -> None:
-        stamp = bytes(data[_SEQUENCE : _SEQUENCE + _STAMP.size])
-        seen[stamp] += 1
-        if seen[stamp] == len(topics):
-            del seen[stamp]
+    store: of its messages; publish: told the pose.
+    """
+
+    def __init__(self, store: Typestore, topics: int, publish: Callable[[Any], None]) -> None:
+        self._encoder, self._topics, self._publish = RosEncoder(store), topics, publish
+        self._seen = Counter[bytes]()
+        self._pose = self._encoder.odometry(0, "map", SE2(), 0.0, 0.0).pose.pose
+
+    def take(self, data: bytes | bytearray) -> None:
+        """A message of any of its topics."""
+        stamp = bytes(data[_BEFORE : _BEFORE + _STAMP.size])
+        self._seen[stamp] += 1
+        if self._seen[stamp] == self._topics:
+            del self._seen[stamp]
             seconds, rest = _STAMP.unpack(stamp)
-            time_ = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=rest)
-            header = types["std_msgs/msg/Header"](seq=0, stamp=time_, frame_id="map")
-            answer.publish(types["geometry_msgs/msg/PoseStamped"](header=header, pose=pose))
+            header = self._encoder.header(seconds * NANOSECONDS + rest, "map")
+            self._publish(self._encoder.new("geometry_msgs/msg/PoseStamped", header=header, pose=self._pose))
 
+
+def echo1(topics: Mapping[str, str]) -> None:
+    node = Node("/echo", os.environ["ROS_MASTER_URI"])
+    answer = node.advertise("/pose", "geometry_msgs/PoseStamped")
+    rule = EchoNode(node.store, len(topics), answer.publish)
     for topic, kind in topics.items():
-        node.subscribe(topic, kind, take)
-    with suppress(KeyboardInterrupt):
-        signal.pause()
+        node.subscribe(topic, kind, lambda _, data: rule.take(data))
+    signal.pause()
+
+
+def echo2(topics: Mapping[str, str]) -> None:
+    import rclpy
+    from geometry_msgs.msg import PoseStamped
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    from sensor_msgs import msg as sensors
+
+    rclpy.init(args=sys.argv)
+    node, store = rclpy.create_node("echo"), ros_types(Stores.ROS2_KILTED)
+    answer = node.create_publisher(PoseStamped, "/pose", 10)
+    kind = "geometry_msgs/msg/PoseStamped"
+    rule = EchoNode(store, len(topics), lambda pose: answer.publish(bytes(store.serialize_cdr(pose, kind))))
+    quality = QoSProfile(depth=10, reliability=ReliabilityPolicy[os.environ["QUALITY"].upper()])
+    for topic, short in topics.items():
+        node.create_subscription(getattr(sensors, short.partition("/")[2]), topic, rule.take, quality, raw=True)
+    rclpy.spin(node)
 
 
 if __name__ == "__main__":
     if sys.argv[1:] and sys.argv[1].startswith("--echo="):
-        echo(sys.argv[1].partition("=")[2])
+        topics = TOPICS[Sensor(sys.argv[1].partition("=")[2])]
+        with suppress(KeyboardInterrupt):
+            (echo1 if "ROS_MASTER_URI" in os.environ else echo2)(topics)
     else:
         main()
