@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ import pytest
 from taskslam.datasets.ros_encoding import RosEncoder
 from taskslam.errors import InputError
 from taskslam.ros.errors import RosError
+from taskslam.ros.process import processor_time, session_of
 from taskslam.ros.qos import LATCHED, Quality
 from taskslam.ros.ros2.client import Ros2
-from taskslam.ros.ros2.domain import SHARED_MEMORY, Domain
+from taskslam.ros.ros2.domain import Domain, abandoned
 
 PEERS = Path(__file__).parents[1] / "peers"
 IMAGE, SCAN, CLOUD = (f"sensor_msgs/msg/{name}" for name in ("Image", "LaserScan", "PointCloud2"))
@@ -66,12 +68,12 @@ def test_what_one_says_the_other_hears(pair, eventually, load, kind, quality):
     subscription = listener.subscribe(topic, kind, quality, heard.append)
     publication = talker.advertise(topic, kind, quality)
     eventually(lambda: talker.matched(publication.number) and listener.matched(subscription))
-    sent = list(messages_of(talker.store, load, 40))
+    sent = list(messages_of(talker.store, load, 20))
     for number, message in enumerate(sent):
         publication.publish(message)
         eventually(lambda n=number: len(heard) == n + 1)
     assert [bytes(talker.store.serialize_cdr(message, kind)) for message in sent] == heard
-    assert listener.decode(kind, heard[-1]).header.stamp.nanosec == 39
+    assert listener.decode(kind, heard[-1]).header.stamp.nanosec == 19
     talker.withdraw(publication.number)
     listener.withdraw(subscription)
 
@@ -134,7 +136,7 @@ def test_services_and_parameters_of_others_as_plain_values(pair, domain, eventua
 def test_a_bridge_that_is_killed_is_told_and_another_domain_hears_nothing(ros2, tmp_path, pair):
     with pytest.raises(InputError, match="there is no such file"):
         Ros2("x", str(tmp_path / "setup.bash"), {})
-    other = Domain(tmp_path)
+    before, other = abandoned(), Domain(tmp_path)
     try:
         alone = Ros2("alone", None, other.variables)
         assert set(alone.graph().nodes) == {"/alone"}
@@ -142,13 +144,24 @@ def test_a_bridge_that_is_killed_is_told_and_another_domain_hears_nothing(ros2, 
         with pytest.raises(RosError, match="the bridge to ROS 2 has ended"):
             alone.graph()
         alone.close()
-        left = {entry.name for entry in SHARED_MEMORY.iterdir()} - other._before
-        assert any("fastdds" in name for name in left)
+        left = abandoned() - before
+        assert left
     finally:
         other.close()
-    mine = {name for name in left if (SHARED_MEMORY / name).exists() and "fastdds" in name}
-    assert not any((SHARED_MEMORY / name).stat().st_size > 1 << 26 for name in mine)
+    assert not left & abandoned()
     assert set(pair[0].graph().nodes) == {"/talker", "/listener"}
+
+
+def test_work_is_counted_of_all_that_a_node_starts():
+    """By its session: the shell here does nothing itself."""
+    words = ["bash", "-c", f"{sys.executable} -c 'import time\nwhile time.process_time() < 0.2: pass\ninput()'; true"]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True) as shell:
+        deadline = time.monotonic() + 20.0
+        while len(session_of(shell.pid)) < 2 or processor_time(session_of(shell.pid)) < 0.2e9:
+            assert time.monotonic() < deadline
+        assert processor_time([shell.pid]) < 0.1e9
+        shell.communicate(b"\n")
+    assert session_of(shell.pid) == []
 
 
 def test_no_two_runs_have_the_same_domain(tmp_path):

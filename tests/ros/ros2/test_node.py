@@ -13,59 +13,63 @@ from taskslam.measurements import NANOSECONDS
 from taskslam.outcomes import Outcome
 from taskslam.ros.check import check_node
 from taskslam.ros.node_file import load_node
-from taskslam.ros.ros2.domain import SHARED_MEMORY
+from taskslam.ros.ros2.domain import abandoned
 from taskslam.slam.content import place_of
 from taskslam.slam.guest.failure import MethodFailedError
-from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 from taskslam.slam.registry import find_method
 
 PEERS = Path(__file__).parents[1] / "peers"
 NODE = PEERS / "rclpy_node.py"
-POSE = {"topic": "/pose", "type": "geometry_msgs/PoseWithCovarianceStamped", "world": "map"}
 
 
 @pytest.fixture
-def write(ros2, write_node):
-    """Node files of `rclpy_node.py`, under our own interpreter."""
+def write(ros2, write_node, tmp_path):
+    """Node files of `rclpy_node.py`, under our own interpreter; what they start is told by a variable."""
 
     def written(**changes):
         content = {"name": "echo", "ros": 2, "frames": None, "needs": {"reads": [str(PEERS)]}, **changes}
+        content["environment"] = {"MARK": str(tmp_path), **content.get("environment", {})}
         return write_node(content.pop("command", f"python3 {NODE}"), **content)
 
     return written
 
 
-def running(name):
-    """Processes whose command line names this."""
-    found = []
-    for process in Path("/proc").iterdir():
+@pytest.fixture
+def running(tmp_path):
+    """`running(program)`: processes that a node file of this test has started."""
+
+    def is_one(process, program):
         try:
-            if process.name.isdecimal() and name.encode() in (process / "cmdline").read_bytes():
-                found.append(int(process.name))
-        except OSError:
-            continue
+            marked = f"MARK={tmp_path}".encode() in (process / "environ").read_bytes()
+            return marked and program.encode() in (process / "cmdline").read_bytes()
+        except OSError:  # somebody else's, or it ended just now
+            return False
+
+    def found(program=""):
+        return [int(process.name) for process in Path("/proc").glob("[0-9]*") if is_one(process, program)]
+
     return found
 
 
-def leaves_nothing(before):
-    return not running(str(NODE)) and not running("bridge_process.py") and shared() == before
-
-
-def shared():
-    return {entry.name for entry in SHARED_MEMORY.iterdir() if "fastdds" in entry.name}
+@pytest.fixture
+def leaves_nothing(running, eventually):
+    """Of its processes, and of what was new in shared memory; others may be at work there meanwhile."""
+    before = abandoned()
+    yield
+    eventually(lambda: not running() and abandoned() <= before)
 
 
 def log_of(host):
     return host._log.read_text()
 
 
-def test_every_scan_is_answered_with_the_odometry_of_its_own_stamp_twice_and_at_once(host_of, write, rig, drive):
+@pytest.mark.usefixtures("leaves_nothing")
+def test_two_at_once_answer_every_scan_with_the_odometry_of_its_stamp(host_of, write, rig, drive, running):
     """Two nodes at once, in domains of their own, and the same bytes; parameters come with their types."""
-    before = shared()
     hosts = [host_of(write(parameters={"whole": 7, "rate": 100.0}, reset="/reset")) for _ in range(2)]
     for host in hosts:
         host.start()
-    assert len(running(str(NODE))) == 2
+    assert len(running(NODE.name)) == 2
     estimates = drive(hosts[0], rig, 3.0, each=hosts[1].feed)
     others = hosts[1].collect(3 * NANOSECONDS)
     for host in hosts:
@@ -81,53 +85,44 @@ def test_every_scan_is_answered_with_the_odometry_of_its_own_stamp_twice_and_at_
     assert "whole 7 rate 100.0" in log
     assert "resets 1" in log
     assert "[ros] 30 frames, 30 answered, 0 missing, 0 late, 0 unmatched" in log
-    assert leaves_nothing(before)
 
 
+@pytest.mark.usefixtures("leaves_nothing")
 @pytest.mark.parametrize(
     ("fault", "outcome", "words"),
     [
         ("dies", Outcome.CRASHED, 'the node was killed by SIGABRT after printing ".*the map has no cells'),
         ("hangs", Outcome.STALLED, r"the node has not answered 2 frames in a row \(.*3 answered, 2 missing"),
-        ("wrong_frame", Outcome.INVALID_OUTPUT, "a pose in the frame 'world'; expected 'map'"),
-        ("nan", Outcome.INVALID_OUTPUT, "a pose that is not finite"),
     ],
 )
 def test_a_fault_is_named_and_nothing_is_left(host_of, write, rig, drive, fault, outcome, words):
-    before = shared()
     host = host_of(write(parameters={"fault": fault, "after": 3}, patience=0.7, in_a_row=2))
     host.start()
     with pytest.raises(MethodFailedError, match=words) as caught:
         drive(host, rig)
     assert caught.value.outcome is outcome
     host.stop()
-    assert leaves_nothing(before)
 
 
-@pytest.mark.parametrize("victim", ["node", "bridge", "method"])
-def test_what_is_killed_is_named_and_leaves_nothing(host_of, write, rig, drive, victim):
-    before = shared()
+@pytest.mark.usefixtures("leaves_nothing")
+@pytest.mark.parametrize("victim", ["node", "bridge"])
+def test_what_is_killed_is_named_and_leaves_nothing(host_of, write, rig, drive, running, victim):
     host = host_of(write())
     host.start()
     drive(host, rig, 1.0)
-    (node,), (bridge,) = running(str(NODE)), running("bridge_process.py")
-    os.kill({"node": node, "bridge": bridge, "method": host._process.pid}[victim], signal.SIGKILL)
+    (node,), (bridge,) = running(NODE.name), running("bridge_process.py")
+    os.kill({"node": node, "bridge": bridge}[victim], signal.SIGKILL)
     words = {"node": "the node was killed by SIGKILL", "bridge": "the bridge to ROS 2 has ended"}
-    with pytest.raises(MethodFailedError, match=words.get(victim, "killed by SIGKILL")) as caught:
+    with pytest.raises(MethodFailedError, match=words[victim]) as caught:
         drive(host, rig, 1.0, 1.0)
     assert caught.value.outcome is Outcome.CRASHED
     host.stop()
-    assert leaves_nothing(before)
 
 
+@pytest.mark.usefixtures("leaves_nothing")
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (
-            {"answer": {"topic": "/pose", "type": "geometry_msgs/PoseStamped"}},
-            "/pose is of the type geometry_msgs/PoseWithCovarianceStamped; expected geometry_msgs/PoseStamped",
-        ),
-        ({"topics": {"/scan": "/scans"}}, r"nobody reads /scans: the node reads .*/scan.* Did you mean '/scan'\?"),
         (
             {"environment": {"SAYS": "best_effort"}},
             "/pose does not come through between us and /echo: it is published best_effort and read reliable; say",
@@ -139,40 +134,28 @@ def test_what_is_killed_is_named_and_leaves_nothing(host_of, write, rig, drive, 
         ({"parameters": {"rate": 100}}, 'exited with code 1 after printing ".*rate.*INTEGER.*DOUBLE'),
         ({"answer": {"transform": ["map", "odom"]}}, "has no type tf2_msgs/msg/TFMessage"),
         ({"reset": "/rest"}, r"nobody offers the service /rest. Did you mean '/reset'\?"),
-        ({"setup": "/opt/ros/none/setup.bash"}, "setup '/opt/ros/none/setup.bash': there is no such file"),
+        ({"setup": "/dev/null"}, "no bridge to ROS 2: .*python3.*: No module named 'rclpy'"),
     ],
 )
 def test_what_keeps_a_node_from_starting_is_said(write, rig, connect, changes, words):
-    before = shared()
-    file = load_node(write(start=6.0, **changes))
+    file = load_node(write(start=15.0, **changes))
     with pytest.raises(InputError, match=words):
         connect(file, rig)
-    assert leaves_nothing(before)
 
 
-def test_qualities_of_the_file_make_ends_fit_and_an_answer_may_be_offered_late(host_of, write, rig, drive):
+def test_qualities_of_the_file_make_ends_fit_and_an_answer_may_be_late(host_of, write, rig, drive, tmp_path):
+    """By a setup script that leaves an interpreter which has the wheels."""
+    setup = tmp_path / "setup.bash"
+    setup.write_text(f"PATH={Path(sys.executable).parent}:$PATH\n")
     quality = {"reliability": "best_effort"}
     environment = {"SAYS": "best_effort", "READS": "best_effort"}
     file = write(
-        environment=environment, qos={"/scan": quality, "/pose": quality}, parameters={"late": True}, patience=2
-    )
+        environment=environment, qos={"/scan": quality, "/pose": quality}, parameters={"late": True}, patience=1,
+        setup=str(setup),
+    )  # fmt: skip
     host = host_of(file)
     host.start()
     assert [round(estimate.stamp / NANOSECONDS, 1) for estimate in drive(host, rig, 0.5)] == [0.1, 0.2, 0.3, 0.4]
-
-
-def test_an_answer_that_nobody_ever_offers_is_told(host_of, write, rig, drive):
-    host = host_of(write(answer={**POSE, "topic": "/poses"}, patience=0.7))
-    host.start()
-    with pytest.raises(MethodFailedError, match=r"nobody publishes /poses: .*/pose\. Did you mean '/pose'\?"):
-        drive(host, rig)
-
-
-def test_measured_latency_counts_the_work_of_the_node(host_of, write, rig, drive):
-    host = host_of(write(parameters={"fault": "works"}, queue=100), LatencyModel(LatencyMode.MEASURED))
-    host.start()
-    drive(host, rig, 2.0)
-    assert 20 * 0.020 <= host.compute_s < 20 * 0.2
 
 
 def test_a_check_tells_what_may_be_wrong(write, rig):
@@ -189,7 +172,7 @@ def test_a_check_tells_what_may_be_wrong(write, rig):
 def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write, rig, drive):
     loop = host_of("karto")
     loop.start()
-    expected = drive(loop, rig, 6.0)
+    expected = drive(loop, rig, 4.0)
     kept = place_of("compiled", find_method("karto"))
     source = Path(__file__).parents[3] / "src"
     node = host_of(
@@ -201,9 +184,9 @@ def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write, ri
         )
     )
     node.start()
-    poses = drive(node, rig, 6.0)
+    poses = drive(node, rig, 4.0)
     assert [e.stamp for e in poses] == [e.stamp for e in expected]
-    assert len(poses) == 60
+    assert len(poses) == 40
     for one, other in zip(poses, expected, strict=True):
         np.testing.assert_allclose(one.T_start_base, other.T_start_base, rtol=0, atol=1e-15)
         np.testing.assert_array_equal(one.covariance, other.covariance)

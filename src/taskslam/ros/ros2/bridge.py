@@ -57,7 +57,9 @@ class Ros2Bridge(Bridge):
     def findings(self) -> Iterator[str]:
         """What may be wrong with the node file, or with the node, though it answers: a sentence each."""
         with suppress(RosError):
-            yield from self._unused(self._view())
+            view = self._view()
+            yield from self._unused(view)
+            yield from super()._unfit(view)
             yield from self._mismatches([held.topic for held in self._published.values()])
             yield from self._undeclared()
         for name, by_our_clock in self._known.items():

@@ -11,6 +11,7 @@ import os
 import random
 import re
 import socket
+from collections import defaultdict
 from contextlib import suppress
 from pathlib import Path
 
@@ -20,13 +21,15 @@ from taskslam.processes.confine import SHARED_MEMORY
 _FIRST_PORT, _PORTS = 7400, 250
 _NUMBERS = range(1, 102)  # below the ports that Linux gives to anybody
 _HERE = "127.0.0.1"
-_PROFILE = """<?xml version="1.0" encoding="UTF-8" ?>
+_SEGMENT = 64 << 20  # bytes for what a process says; with Fast DDS's own half megabyte images are lost
+_LEAST_FREE = 3 * _SEGMENT  # a node's, the bridge's, and room for queues
+_PROFILE = f"""<?xml version="1.0" encoding="UTF-8" ?>
 <profiles xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
   <transport_descriptors>
     <transport_descriptor>
       <transport_id>shared_memory</transport_id>
       <type>SHM</type>
-      <segment_size>67108864</segment_size>
+      <segment_size>{_SEGMENT}</segment_size>
     </transport_descriptor>
     <transport_descriptor>
       <transport_id>network</transport_id>
@@ -60,12 +63,13 @@ class Domain:
     """A domain that no other run has, nor anybody else on this machine, until `close`.
 
     variables: for every process that shall speak in it. folder: where its profile and logs lie. Raises InputError:
-    there is none left.
+    there is none left, or no shared memory.
     """
 
     def __init__(self, folder: Path) -> None:
+        _check_room()
         self.number, self._held = _reserved()
-        self._before = _shared_files()
+        self._before = abandoned()
         profile = folder / "fastdds.xml"
         profile.write_text(_PROFILE, encoding="utf-8")
         self.variables = {
@@ -78,9 +82,7 @@ class Domain:
 
     def close(self) -> None:
         """Give it back, and remove what its processes left in shared memory. They have ended before. Idempotent."""
-        new = {name: found[1] for name in _shared_files() - self._before if (found := _OURS.fullmatch(name))}
-        left = {segment for segment in new.values() if _is_abandoned(segment)}
-        for name in (name for name, segment in new.items() if segment in left):
+        for name in abandoned() - self._before:
             with suppress(OSError):
                 (SHARED_MEMORY / name).unlink()
         self._held.close()
@@ -104,10 +106,25 @@ def _reserved() -> tuple[int, socket.socket]:
     raise InputError(f"no domain of ROS 2 is free on this machine: {len(numbers)} are in use")
 
 
-def _shared_files() -> set[str]:
+def _check_room() -> None:
+    """Raises InputError: processes would be killed by a full /dev/shm, without a word, while they write there."""
     with suppress(OSError):
-        return set(os.listdir(SHARED_MEMORY))  # noqa: PTH208 names are all that is asked for
-    return set()
+        held = os.statvfs(SHARED_MEMORY)
+        if (free := held.f_bavail * held.f_frsize) < _LEAST_FREE:
+            raise InputError(
+                f"{SHARED_MEMORY} has {free >> 20} MB left; expected {_LEAST_FREE >> 20} for a ROS 2 node and its"
+                " bridge (containers: docker run --shm-size=1g)"
+            )
+
+
+def abandoned() -> set[str]:
+    """Files in shared memory by Fast DDS for which no process lives any more, of anybody's."""
+    named: dict[str, list[str]] = defaultdict(list)
+    with suppress(OSError):
+        for name in os.listdir(SHARED_MEMORY):  # noqa: PTH208 names are all that is asked for
+            if found := _OURS.fullmatch(name):
+                named[found[1]].append(name)
+    return {name for segment, names in named.items() if _is_abandoned(segment) for name in names}
 
 
 def _is_abandoned(segment: str) -> bool:
