@@ -176,11 +176,12 @@ class Bridge(ABC):
         with suppress(queue.Empty):
             while True:
                 heard.append(self._inbox.get_nowait())
-        self._offered = True
         self._speakers.update(name for name, _ in heard)
         if self._file.answer.topic and len(self._speakers) > 1:
             raise InvalidOutputError(f"poses of {_and(self._speakers)}; {_ONE_ALONE}")
-        return [answer for _, data in heard if (answer := self._answer(data)) is not None]
+        answers = [answer for _, data in heard if (answer := self._answer(data)) is not None]
+        self._offered |= bool(answers)
+        return answers
 
     def worked(self) -> float:
         """Processor time of the node so far, s."""

@@ -141,8 +141,12 @@ class Bridge:
         self._node.destroy_node()
 
     def _spin(self) -> None:
-        with contextlib.suppress(Exception):  # the context was shut down, by us
-            self._executor.spin()
+        while self._executor.context.ok():
+            try:
+                self._executor.spin()
+            except Exception as error:  # as above; what raised it is no longer waited for
+                if self._executor.context.ok():
+                    self.say({"error": f"while it hears: {_words(error)}"})
 
     def _answer(self, header: dict[str, Any]) -> None:
         number, what = header.pop("ask", 0), header.pop("do", "")

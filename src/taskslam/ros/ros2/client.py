@@ -33,7 +33,7 @@ from taskslam.ros.ros2 import bridge_process as protocol
 _BRIDGE = Path(protocol.__file__)
 _START_S = 30.0
 _ANSWER_S = 10.0
-_END_S = 3.0
+_END_S = 1.0
 _PIPE_SIZE = 1 << 20
 _STORES = {"humble": Stores.ROS2_HUMBLE, "iron": Stores.ROS2_IRON, "jazzy": Stores.ROS2_JAZZY}
 _DEFAULT_STORE = Stores.ROS2_KILTED
