@@ -32,7 +32,7 @@ import signal
 import struct
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO
 
 LENGTHS = struct.Struct("<II")
@@ -193,7 +193,13 @@ class Bridge:
         client, kind = self._client(service, type)
         if not client.wait_for_service(timeout_sec=within_s):
             raise TimeoutError(f"nobody offers the service {service}")
-        return plain(_waited_for(client.call_async(filled(kind.Request(), fields)), within_s, f"the service {service}"))
+        request = filled(kind.Request(), fields)
+        sent = self._in_turn(lambda: client.call_async(request), within_s)
+        return plain(_waited_for(sent, within_s, f"the service {service}"))
+
+    def _in_turn(self, deed: Callable[[], Any], within_s: float) -> Any:
+        """What is done in the thread that hears: rclpy forgets a request whose answer is heard while it is noted down."""
+        return _waited_for(self._executor.create_task(deed), within_s, "the bridge")
 
     def _client(self, service: str, type: str) -> Any:  # noqa: A002
         if (service, type) not in self._clients:
@@ -214,11 +220,13 @@ class Bridge:
         def told(message: Any) -> None:
             self.say({"feedback": id, "value": plain(message.feedback)})
 
-        sent = client.send_goal_async(filled(kind.Goal(), fields), feedback_callback=told)
+        asked = filled(kind.Goal(), fields)
+        sent = self._in_turn(lambda: client.send_goal_async(asked, feedback_callback=told), within_s)
         goal = _waited_for(sent, within_s, f"the action {action}")
         if goal.accepted:
             self._goals[id] = goal
-            goal.get_result_async().add_done_callback(lambda done: self._ended(id, done))
+            ended = self._in_turn(goal.get_result_async, within_s)
+            ended.add_done_callback(lambda done: self._ended(id, done))
         return bool(goal.accepted)
 
     def _ended(self, id: int, done: Any) -> None:  # noqa: A002
@@ -236,7 +244,7 @@ class Bridge:
     def _do_cancel(self, id: int, within_s: float = 10.0) -> bool:  # noqa: A002
         if id not in self._goals:
             return False
-        answer = _waited_for(self._goals[id].cancel_goal_async(), within_s, "cancelling")
+        answer = _waited_for(self._in_turn(self._goals[id].cancel_goal_async, within_s), within_s, "cancelling")
         return bool(answer.goals_canceling)
 
 
