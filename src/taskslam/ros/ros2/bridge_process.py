@@ -198,7 +198,7 @@ class Bridge:
         return plain(_waited_for(sent, within_s, f"the service {service}"))
 
     def _in_turn(self, deed: Callable[[], Any], within_s: float) -> Any:
-        """What is done in the thread that hears: rclpy forgets a request whose answer is heard while it is noted down."""
+        """What is done in the thread that hears: a request whose answer came before it was noted down would be lost."""
         return _waited_for(self._executor.create_task(deed), within_s, "the bridge")
 
     def _client(self, service: str, type: str) -> Any:  # noqa: A002
