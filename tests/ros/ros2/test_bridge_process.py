@@ -48,6 +48,12 @@ def test_a_frame_that_declares_too_much_is_refused_before_it_is_read():
         protocol.read_frame(io.BytesIO(lengths + b"{}"))
 
 
+def test_a_header_without_end_is_refused():
+    said = b"[" * 100_000
+    with pytest.raises(protocol.BrokenFrameError, match="no JSON"):
+        protocol.read_frame(io.BytesIO(protocol.LENGTHS.pack(len(said), 0) + said))
+
+
 def test_a_bridge_without_rclpy_says_so(tmp_path):
     """By an interpreter that sees no packages."""
     (tmp_path / "rclpy.py").write_text("raise ImportError('no rclpy here')")

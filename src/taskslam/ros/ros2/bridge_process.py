@@ -68,7 +68,7 @@ def read_frame(stream: BinaryIO) -> tuple[dict[str, Any], bytes] | None:
         raise BrokenFrameError("a frame that ends before its time")
     try:
         header = json.loads(words)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BrokenFrameError(f"a header that is no JSON: {error}") from error
     if not isinstance(header, dict):
         raise BrokenFrameError("a header that is no mapping")

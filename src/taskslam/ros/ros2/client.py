@@ -236,7 +236,7 @@ class Ros2:
         try:
             while (said := protocol.read_frame(self._output)) is not None:
                 self._take(*said)
-        except (protocol.BrokenFrameError, OSError, ValueError, KeyError, TypeError) as error:
+        except Exception as error:  # whatever is wrong with it, nothing more can be read
             why = f"the bridge to ROS 2 said what is no frame: {error}"
         self._ended = True
         gone = RosError(why)
