@@ -64,6 +64,16 @@ def test_the_page_of_the_model_shows_a_node_file(tmp_path):
         ({"answer": {"transform": ["map", "odom"], "orgin": "of"}}, r"Did you mean 'origin'\?"),
         ({"answers": "always"}, "answers: .*every_frame.*sparse"),
         ({"tick_ms": 0}, "tick_ms"),
+        ({"qos": {"/scan": {"depth": 5}}}, "qos: ROS 1 has none; expected it with ros: 2"),
+        (
+            {"ros": 2, "qos": {"/scam": {"depth": 5}}},
+            r"qos: /scam is no topic between us; expected one of /scan, .*/pose. Did you mean '/scan'\?",
+        ),
+        ({"ros": 2, "qos": {"/scan": {"relyability": "x"}}}, r"relyability.*Did you mean 'reliability'\?"),
+        ({"ros": 2, "qos": {"/scan": {"reliability": "best"}}}, "qos./scan.reliability.*'best_effort'"),
+        ({"ros": 2, "parameters": {"/a/b": 1}}, "/a/b begins with a slash; a parameter of ROS 2 is always a node's"),
+        ({"ros": 2, "parameters": {"a": {"b": [1, 2.0]}}}, "a is a list of several types; ROS 2 has lists of one"),
+        ({"ros": 2, "parameters": {"a": []}}, "a is an empty list"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_key(load, changes, words):
@@ -92,6 +102,12 @@ def test_the_card_says_what_is_needed_beyond_the_wall(load):
     assert card.shared_memory
     assert "/opt/ros/noetic" in card.reads
     assert (card.latency, card.queue, card.needs_still_start) == (0.1, 3, 5.0)
+
+
+def test_a_node_of_ros_2_needs_shared_memory_and_no_tcp(load):
+    node = load(ros=2, topics={"/scan": "/front"}, qos={"/front": {"reliability": "best_effort"}, "/pose": {}})
+    assert (node.card().loopback, node.card().shared_memory) == (False, True)
+    assert node.qos["/front"].depth == 100
 
 
 def test_the_card_changes_with_the_file(load):
