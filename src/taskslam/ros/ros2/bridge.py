@@ -180,13 +180,13 @@ class Ros2Bridge(Bridge):
 
     def _undeclared(self) -> Iterator[str]:
         """Parameters of the file that no node has, a sentence each. Raises RosError."""
-        if not self._known:
+        given = list(_flat(self._given()))
+        if not (given and self._known):
             return
         declared: set[str] = set()
         for name in self._known:
             told = self._ros.call(f"{name}/list_parameters", "rcl_interfaces/srv/ListParameters", {}, _HANDSHAKE_S)
             declared.update(told["result"]["names"])
-        given = list(_flat(self._given()))
         unset = sorted(declared - set(given))
         for name in given:
             if name not in declared:
