@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from fuzz import examples
-from taskslam.benchmark.suite import load_suite
+from taskslam.benchmark.campaign.campaign_file import load_campaign
 from taskslam.datasets.bag_trajectories import read_bag_trajectory
 from taskslam.datasets.image_files import read_image
 from taskslam.datasets.opening import open_dataset
@@ -209,8 +209,8 @@ READERS = {
                one(load_robot), ("taskslam.robot.robot",)),
         Reader("node", examples.shipped("taskslam.ros", "nodes", "slam_toolbox", "fast_lio2"), one(load_node),
                ("taskslam.ros.node_file",)),
-        Reader("suite", examples.shipped("taskslam.benchmark", "suites", "paper"), one(load_suite),
-               ("taskslam.benchmark.suite",)),
+        Reader("campaign", examples.shipped("taskslam.benchmark.campaign", "campaigns", "paper"), one(load_campaign),
+               ("taskslam.benchmark.campaign.campaign_file",)),
         Reader("lab", examples.shipped("taskslam.lab", "labs", "house_cameras", "tsrb_long_ceiling"), one(load_lab),
                ("taskslam.lab.lab_file",)),
         Reader("setup", examples.setups, _setup, ("taskslam.realworld.setup_file",)),
