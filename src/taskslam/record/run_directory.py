@@ -209,7 +209,7 @@ class RunWriter:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
         try:
-            if not self._finished:
+            if not self._finished and self._is_ours():
                 self._leave(error)
         finally:
             self._release()
@@ -218,8 +218,11 @@ class RunWriter:
         if self._lock is not None:
             self._lock.release()
 
+    def _is_ours(self) -> bool:
+        return _text(self.folder / _WRITER) == self._name
+
     def _check_writer(self) -> None:
-        if self._finished or _text(self.folder / _WRITER) == self._name:
+        if self._finished or self._is_ours():
             return
         self._finished = True  # nothing of it is ours to write any more
         raise RecordError(f"{self.directory}: another start of this run has taken over; this one writes no more")
