@@ -35,13 +35,13 @@ def runs(
 ) -> None:
     """List runs: what was driven, and what it reached. E and e are precision_cm and accuracy_cm.
 
-    Rows are numbered, for `taskslam verify --row`. What has been read once is kept in DIRECTORY/runs.parquet, which can
-    be deleted. Exit status: 2 if a run cannot be read, which is named.
+    Rows are numbered, for the option --row of `taskslam verify`. What has been read once is kept in
+    DIRECTORY/runs.parquet, which can be deleted. Exit status: 2 if a run cannot be read, which is named.
 
     Examples:
         taskslam runs results
 
-        taskslam runs results --where "method = 'karto' and precision_cm > 1" --sort -precision_cm
+        taskslam runs results --where "method = 'karto' and completeness = 1" --sort -precision_cm
 
         taskslam runs results --by method,mode --export methods.csv
     """

@@ -12,14 +12,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
-import yaml
-
 from taskslam.benchmark.spec import Drive, RunSpec
 from taskslam.benchmark.stage import find_file
 from taskslam.errors import InfrastructureError, InputError
 from taskslam.files import cache_folder
 from taskslam.reading import LARGEST_WORLD_FILE, read_bytes
 from taskslam.record.place import whole_folder
+from taskslam.user_files import read_mapping
 from taskslam.world.gazebo.importer import import_sdf
 from taskslam.world.gazebo.resources import Resources, search_roots
 
@@ -66,8 +65,8 @@ def pack(spec: RunSpec, folders: Sequence[Path]) -> Parcel | None:
         named.append((world, scenario.world.file))
     if scenario.floor_plan.map is not None:
         plan = _found(scenario.floor_plan.map, folders, spec)
-        described = yaml.safe_load(read_bytes(plan, "map", InputError, LARGEST_WORLD_FILE))
-        read |= {plan, Path(os.path.normpath(plan.parent / str(described["image"])))}
+        described = read_mapping(plan, "map", InputError, "those of map_server")
+        read |= {plan, Path(os.path.normpath(plan.parent / str(described.get("image", ""))))}
         named.append((plan, scenario.floor_plan.map))
     if not named:
         return None
