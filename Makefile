@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types rooms unit peers fuzz torture benchmarks packages clean
+.PHONY: demo test lint types rooms unit peers fuzz torture clusters benchmarks packages clean
 
 demo: $(VENV)/.installed
 	$(BIN)/taskslam demo --out demo
@@ -23,14 +23,20 @@ rooms: $(VENV)/.installed-dev
 unit: $(VENV)/.installed-dev peers
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
-# Debian's own ROS 1, which ours is tried against: installed in CI; elsewhere those tests skip and say how to get it.
+# Debian's own ROS 1, which ours is tried against, and Slurm, on which campaigns are driven: installed in CI; elsewhere
+# those tests skip and say how to get them.
 peers:
 	@test "$(CI)" != true || { SUDO=$$(test $$(id -u) -eq 0 || echo sudo); $$SUDO apt-get update -qq && \
-	  $$SUDO apt-get install -y -qq --no-install-recommends $$(cat tests/ros/debian_packages.txt); }
+	  $$SUDO apt-get install -y -qq --no-install-recommends $$(cat tests/ros/debian_packages.txt tests/benchmark/campaign/debian_packages.txt); }
 
 torture: $(VENV)/.installed-dev
 	TASKSLAM_TORTURE=1 $(BIN)/python -m pytest tests/adversaries
 	$(BIN)/python tools/torture.py --kills 200
+
+# Campaigns on Slurm and on Ray, of which a machine is killed; ray is a large package, and starting it takes a minute.
+clusters: $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[ray]"
+	TASKSLAM_CLUSTERS=1 $(BIN)/python -m pytest tests/benchmark/campaign/test_slurm.py tests/benchmark/campaign/test_ray.py
 
 # Damaged inputs for every reader; FUZZ="--reader journal --inputs 100000 --seed 7" for some of them.
 fuzz: $(VENV)/.installed-dev

@@ -9,7 +9,7 @@ from pathlib import Path
 TOOL = Path(__file__).parents[1] / "tools" / "torture.py"
 
 
-def test_a_suite_that_is_killed_loses_nothing() -> None:
+def test_a_campaign_that_is_killed_loses_nothing() -> None:
     command = [sys.executable, str(TOOL), "--kills", "1", "--small", "--seed", "3"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr

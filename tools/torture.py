@@ -1,17 +1,17 @@
-"""Kill a suite with SIGKILL at random moments, again and again, and look whether anything is lost.
+"""Kill a campaign with SIGKILL at random moments, again and again, and look whether anything is lost.
 
     make torture                                  200 kills
     python tools/torture.py --kills 40 --seed 7
 
-The suite is driven undisturbed. Then it is started over and over, and one of its processes is killed each time: the
-suite itself, a worker, the process of a method, or all at once. After every start
+The campaign is driven undisturbed. Then it is started over and over, and one of its processes is killed each time: the
+driver, a worker, the process of a method, or all at once. After every start
 
 - a run that was finished before is there, and was not driven again;
 
-and whenever the suite has come to its end
+and whenever the campaign has come to its end
 
-- nothing hidden is left beside the runs, and no scratch folder;
-- metrics.json says what it says of the undisturbed suite, but for clocks and memory.
+- nothing hidden is left beside the runs, no scratch folder, and no note of a run that could not be driven;
+- metrics.json and the table of runs say what they say of the undisturbed campaign, but for clocks and memory.
 
 A method whose process is killed has crashed: that is its result, and it stays. Such runs are counted, removed and
 driven again before the tables are compared. Exit status 1 if anything did not hold.
@@ -35,9 +35,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from taskslam.evaluation.run_index import index_runs
+
 ROOT = Path(__file__).parents[1]
-VICTIMS = {"suite": "cli.main", "worker": "engines.worker", "method": "guest.child"}
+VICTIMS = {"driver": "cli.main", "worker": "engines.worker", "method": "guest.child"}
 CLOCKS = {"wall_s", "compute_s", "real_time_factor", "method_peak_bytes", "own_peak_bytes", "method_cpu_s"}
+CLOCKS |= {"started_utc", "stamp_ns", "bytes"}
 WALLS = ((-3, 0, 0.2, 6), (3, 0, 0.2, 6), (0, -3, 6, 0.2), (0, 3, 6, 0.2))
 BOX = "<geometry><box><size>{2} {3} 1</size></box></geometry><pose>{0} {1} 0.5 0 0 0</pose>"
 TOUR = """
@@ -77,12 +80,12 @@ class Torture:
 
     def run(self, kills: int) -> None:
         """Kill so often."""
-        self._write_suite()
+        self._write_campaign()
         for _ in range(2):  # the second time, all that is cached is there
             shutil.rmtree(self.folder / "calm", ignore_errors=True)
             began = time.monotonic()
             if (status := self._start("calm").wait()) != 0:
-                self.faults.append(f"the undisturbed suite ended with status {status}: {self._log()}")
+                self.faults.append(f"the undisturbed campaign ended with status {status}: {self._log()}")
                 return
             lasts = time.monotonic() - began
         expected = tables(self.folder / "calm")
@@ -90,7 +93,7 @@ class Torture:
             self._drive_to_the_end(kills, lasts)
             self._look_for_litter()
             for place in differences(expected, tables(self.folder / "out")):
-                self.faults.append(f"suite {self.said['suites']}: {place}")
+                self.faults.append(f"campaign {self.said['campaigns']}: {place}")
             shutil.rmtree(self.folder / "out")
 
     def words(self) -> str:
@@ -101,43 +104,43 @@ class Torture:
         return f"{self.kills.total()} kills: {killed}\n{counts}\n{faults}"
 
     def _drive_to_the_end(self, kills: int, lasts: float) -> None:
-        """Start the suite, and disturb it, until it says that all is driven."""
+        """Start the campaign, and disturb it, until it says that all is driven."""
         out = self.folder / "out"
         while True:
             before = finished(out)
             journals = out.glob("*/*/without-map/.seed0.partial/journal.jsonl")
             self.said["runs gone on with"] += sum(b"round_ended" in journal.read_bytes() for journal in journals)
-            suite = self._start("out")
-            killed = self.kills.total() < kills and self._kill(suite, self.dice.uniform(0.0, lasts))
+            campaign = self._start("out")
+            killed = self.kills.total() < kills and self._kill(campaign, self.dice.uniform(0.0, lasts))
             try:
-                status = suite.wait(timeout=20 * lasts + 60)
+                status = campaign.wait(timeout=20 * lasts + 60)
             except subprocess.TimeoutExpired:
-                self.faults.append(f"the suite did not end: {self._log()}")
-                os.killpg(suite.pid, signal.SIGKILL)
-                status = suite.wait()
+                self.faults.append(f"the campaign did not end: {self._log()}")
+                os.killpg(campaign.pid, signal.SIGKILL)
+                status = campaign.wait()
             self._wait_for_the_dead()
             after = finished(out)
             self.said["starts"] += 1
             self.faults += [f"{run}: lost or driven twice" for run in before if before[run] != after.get(run)]
             if status not in {0, 3, -signal.SIGKILL} or (status == 3 and not killed):
-                self.faults.append(f"the suite ended with status {status}: {self._log()}")
+                self.faults.append(f"the campaign ended with status {status}: {self._log()}")
                 return
             if status == 0 and not self._remove_crashed(after):
-                self.said["suites"] += 1
+                self.said["campaigns"] += 1
                 sys.stderr.write(f"{self.kills.total()} of {kills} kills, {len(self.faults)} faults\n")
                 return
 
-    def _kill(self, suite: subprocess.Popen[bytes], delay: float) -> bool:
-        """After a while, kill one of the suite's processes; whether there was one."""
+    def _kill(self, campaign: subprocess.Popen[bytes], delay: float) -> bool:
+        """After a while, kill one of the campaign's processes; whether there was one."""
         try:
-            suite.wait(timeout=delay)
+            campaign.wait(timeout=delay)
         except subprocess.TimeoutExpired:
             victim = self.dice.choice([*VICTIMS, "group"])
-            family = descendants(suite.pid)
+            family = descendants(campaign.pid)
             if victim == "group":
-                chosen = [suite.pid, *family]
-            elif victim == "suite":
-                chosen = [suite.pid]
+                chosen = [campaign.pid, *family]
+            elif victim == "driver":
+                chosen = [campaign.pid]
             else:
                 chosen = [pid for pid in family if VICTIMS[victim] in command_of(pid)]
                 chosen = [self.dice.choice(chosen)] if chosen else []
@@ -157,8 +160,12 @@ class Torture:
 
     def _look_for_litter(self) -> None:
         out, scratch = self.folder / "out", self.folder / "scratch"
-        litter = [*out.rglob(".*"), *(path for path in scratch.iterdir() if path.name.startswith("taskslam"))]
-        self.faults += [f"suite {self.said['suites']}: left {path}" for path in litter]
+        litter = [
+            *out.rglob(".*"),
+            *out.glob("campaign/notes/*"),
+            *(path for path in scratch.iterdir() if path.name.startswith("taskslam")),
+        ]
+        self.faults += [f"campaign {self.said['campaigns']}: left {path}" for path in litter]
 
     def _wait_for_the_dead(self) -> None:
         """The kernel ends what a killed process leaves behind; it may take a moment."""
@@ -169,13 +176,20 @@ class Torture:
             if not left:
                 return
             time.sleep(0.02)
-        self.faults.append(f"processes outlived their suite: {[command_of(pid) for pid in left]}")
+        self.faults.append(f"processes outlived their campaign: {[command_of(pid) for pid in left]}")
         for pid in left:
             kill(pid)
 
     def _start(self, out: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-c", "from taskslam.cli.main import main; main()", "suite", "suite.yaml"]
-        command += ["--worlds", "mine", "--jobs", "2", "--out", out]
+        command = [
+            sys.executable,
+            "-c",
+            "from taskslam.cli.main import main; main()",
+            "campaign",
+            "run",
+            "campaign.yaml",
+        ]
+        command += ["--jobs", "2", "--out", out]
         environment = {**os.environ, "TMPDIR": str(self.folder / "scratch"), "PYTHONPATH": str(ROOT / "src")}
         with (self.folder / "log").open("wb") as log:
             return subprocess.Popen(
@@ -185,7 +199,7 @@ class Torture:
     def _log(self) -> str:
         return (self.folder / "log").read_text(errors="replace")
 
-    def _write_suite(self) -> None:
+    def _write_campaign(self) -> None:
         (self.folder / "scratch").mkdir()
         boxes = enumerate(BOX.format(*wall) for wall in WALLS)
         walls = "".join(
@@ -199,8 +213,8 @@ class Torture:
             (self.folder / f"{name}.yaml").write_text(TOUR.format(name=name, x=x, world=world))
         tours = ", ".join(str(self.folder / f"{name}.yaml") for name in places)
         methods = "[karto]" if self.small else "[karto, wheel_odometry]"
-        suite = f"name: tortured\nworlds: {{mine: [{tours}]}}\nmethods: {methods}\nrounds: 4\n"
-        (self.folder / "suite.yaml").write_text(suite)
+        campaign = f"name: tortured\nscenarios: [{tours}]\nmethods: {methods}\nseeds: [0]\nrounds: 4\n"
+        (self.folder / "campaign.yaml").write_text(campaign)
 
 
 def finished(out: Path) -> dict[Path, int]:
@@ -215,11 +229,12 @@ def _tells_of_a_crash(run: Path) -> bool:
 
 
 def tables(out: Path) -> Any:
-    """metrics.json without what a clock or the memory said."""
-    return _timeless(json.loads((out / "metrics.json").read_text()))
+    """metrics.json and the table of runs, without what a clock or the memory said."""
+    metrics = json.loads((out / "metrics.json").read_text())
+    return _timeless({"metrics.json": metrics, "runs": index_runs(out).table.to_dicts()})
 
 
-def differences(expected: Any, found: Any, place: str = "metrics.json") -> list[str]:
+def differences(expected: Any, found: Any, place: str = "tables") -> list[str]:
     """Where two tables differ, in words."""
     if isinstance(expected, dict) and isinstance(found, dict) and expected.keys() == found.keys():
         return [words for key in expected for words in differences(expected[key], found[key], f"{place}: {key}")]

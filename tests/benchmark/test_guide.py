@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from guide import snippets
+from taskslam.benchmark.campaign.campaign_file import load_campaign
+from taskslam.benchmark.campaign.planning import plan
 from taskslam.benchmark.engine import Ending, Watcher
 from taskslam.benchmark.engines.local import LocalEngine
 from taskslam.benchmark.protocol import Tour, drive_tour
 from taskslam.benchmark.spec import run_folder
-from taskslam.benchmark.suite import load_suite, plan
 from taskslam.geometry import SE2
 from taskslam.mode import Mode
 from taskslam.observer import Observer
@@ -18,10 +19,12 @@ from taskslam.record import Arrival, GoalFailed, RunWriter
 from taskslam.record.journal import read_journal
 from taskslam.task import Task
 
-SUITE = """
+CAMPAIGN = """
 name: tiny
-worlds: {{mine: [{folder}/near.yaml, {folder}/nowhere.yaml]}}
+scenarios: [{folder}/near.yaml, {folder}/nowhere.yaml]
 methods: [ground_truth]
+modes: [without-map]
+seeds: [0]
 rounds: 1
 """
 SCENARIO = """
@@ -67,8 +70,8 @@ def test_somebody_elses_stack_drives_the_protocol(tmp_path: Path) -> None:
 
 def test_the_smallest_engine_leaves_what_the_local_one_leaves(tmp_path: Path) -> None:
     (tmp_path / "near.yaml").write_text(SCENARIO)
-    (tmp_path / "suite.yaml").write_text(SUITE.format(folder=tmp_path))
-    planned = plan(load_suite(str(tmp_path / "suite.yaml")), "mine", modes=[Mode.WITHOUT_MAP])
+    (tmp_path / "tiny.yaml").write_text(CAMPAIGN.format(folder=tmp_path))
+    planned = plan(load_campaign(str(tmp_path / "tiny.yaml")))
     assert [refused.ending for refused in planned.refused] == [Ending.REFUSED]
     (spec,) = planned.specs
     theirs = names_of("Add an engine")["OneAfterTheOther"]()

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from taskslam.benchmark.engine import Ending, Watcher
-from taskslam.benchmark.engines import local
+from taskslam.benchmark.engines import supervised
 from taskslam.benchmark.engines.local import LocalEngine
 from taskslam.benchmark.stage import Stage
 from taskslam.mode import Mode
@@ -28,7 +28,7 @@ def job(make_stage: Callable[..., Stage], tmp_path: Path, monkeypatch: pytest.Mo
         interpreter = tmp_path / "python"
         interpreter.write_text(f"#!{sys.executable}\nimport json, os, signal, sys\njson.load(sys.stdin)\n{code}\n")
         interpreter.chmod(0o755)
-        monkeypatch.setattr(local.sys, "executable", str(interpreter))
+        monkeypatch.setattr(supervised.sys, "executable", str(interpreter))
         heard: list[dict[str, object]] = []
 
         class Listening(Watcher):
@@ -94,9 +94,9 @@ def test_who_stops_listening_ends_the_workers(
     interpreter = tmp_path / "python"
     interpreter.write_text("#!/bin/sh\nexec sleep 60\n")
     interpreter.chmod(0o755)
-    monkeypatch.setattr(local.sys, "executable", str(interpreter))
+    monkeypatch.setattr(supervised.sys, "executable", str(interpreter))
     specs = [make_stage().spec("wheel_odometry", Mode.WITHOUT_MAP, seed) for seed in range(3)]
-    engine = LocalEngine(parallel=2).run(specs, tmp_path / "out", Watcher())
+    engine = LocalEngine(cores=2).run(specs, tmp_path / "out", Watcher())
     began = time.monotonic()
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):

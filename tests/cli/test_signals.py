@@ -35,7 +35,9 @@ def tour(tmp_path: Path) -> Path:
         "start: {x: 0, y: 0, theta: 0}\nsequence: {waypoints: [[0.3, 0.0, 0.0]]}\n"
         f"protocol: {{rounds: {ROUNDS}, pause: 0.1, still_start: 0.1}}\n"
     )
-    (tmp_path / "suite.yaml").write_text(f"name: s\nworlds: {{mine: [{file}]}}\nmethods: [karto]\nrounds: {ROUNDS}\n")
+    (tmp_path / "suite.yaml").write_text(
+        f"name: s\nscenarios: [{file}]\nseeds: [0]\nmethods: [karto]\nrounds: {ROUNDS}\n"
+    )
     return file
 
 
@@ -63,7 +65,7 @@ def test_a_drive_that_is_stopped_is_gone_on_with(verb: str, number: signal.Signa
     out = tmp_path / "out"
     arguments = {
         "run": ("run", tour, "-m", "karto", "--mode", "without-map", "--out", out),
-        "suite": ("suite", tmp_path / "suite.yaml", "--worlds", "mine", "--modes", "without-map", "--out", out),
+        "suite": ("suite", tmp_path / "suite.yaml", "--modes", "without-map", "--out", out),
     }[verb]
     process = start(tmp_path, *arguments)
     wait_for(lambda: rounds_ended(out) > 1)

@@ -15,7 +15,13 @@ import trimesh
 import yaml
 from PIL import Image
 
+from taskslam.benchmark.campaign.campaign_file import Campaign
+from taskslam.benchmark.campaign.notes import keep
+from taskslam.benchmark.campaign.plan_file import write_plan
+from taskslam.benchmark.campaign.planning import Plan
 from taskslam.benchmark.conformance_eyes import conformance_world
+from taskslam.benchmark.engine import Ending, Result
+from taskslam.benchmark.spec import spec_of_tour
 from taskslam.datasets.bag_writer import BagWriter
 from taskslam.datasets.euroc_writer import EUROC_SENSORS, EurocWriter
 from taskslam.evaluation import evaluate_runs, write_metrics
@@ -29,6 +35,7 @@ from taskslam.measurements import (
     StereoImages,
     WheelOdometry,
 )
+from taskslam.mode import Mode
 from taskslam.outcomes import Outcome
 from taskslam.realworld.cameras.camera_files import save_camera
 from taskslam.realworld.cameras.camera_model import Camera
@@ -48,6 +55,7 @@ from taskslam.record.journal import JournalWriter
 from taskslam.record.resumption import Tally, add_tally
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
 from taskslam.robot import Robot, load_robot
+from taskslam.scenario import load_scenario
 from taskslam.simulation.rendering.prepared_world import prepare
 from taskslam.simulation.rendering.scene_cache import save_prepared
 from taskslam.slam.cards import card_of
@@ -205,6 +213,15 @@ def trajectories(folder: Path) -> None:
             "times.txt": "\n".join([f"{stamp / SECOND:.6f}" for stamp in stamps] + [""]),
         },
     )
+
+
+def planned(folder: Path) -> None:
+    """The plan of a campaign of two runs, and a note of one that could not be driven."""
+    scenario, robot = load_scenario("house"), load_robot("turtlebot2")
+    specs = [spec_of_tour(scenario, robot, ("0" * 64, "1" * 64), "karto", Mode.WITHOUT_MAP, seed) for seed in (0, 1)]
+    refused = (Result("nowhere", Ending.REFUSED, "there is no such scenario"),)
+    write_plan(folder, Campaign(name="fuzzed", scenarios=("house",), methods=("karto",)), Plan(tuple(specs), refused))
+    keep(folder, Result(specs[0].title, Ending.FAILED, "the node burnt", specs[0]), "node7")
 
 
 def run(folder: Path) -> None:

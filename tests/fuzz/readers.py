@@ -8,7 +8,9 @@ from functools import partial
 from pathlib import Path
 
 from fuzz import examples
-from taskslam.benchmark.suite import load_suite
+from taskslam.benchmark.campaign.campaign_file import load_campaign
+from taskslam.benchmark.campaign.notes import notes
+from taskslam.benchmark.campaign.plan_file import read_plan
 from taskslam.datasets.bag_trajectories import read_bag_trajectory
 from taskslam.datasets.image_files import read_image
 from taskslam.datasets.opening import open_dataset
@@ -85,6 +87,11 @@ def one(read: Callable[[Path], object]) -> Callable[[Path, str], object]:
 def whole(read: Callable[[Path], object]) -> Callable[[Path, str], object]:
     """Reads the folder."""
     return lambda folder, _: read(folder)
+
+
+def _planned(folder: Path) -> None:
+    read_plan(folder)
+    notes(folder)
 
 
 def _resumption(folder: Path) -> None:
@@ -209,8 +216,10 @@ READERS = {
                one(load_robot), ("taskslam.robot.robot",)),
         Reader("node", examples.shipped("taskslam.ros", "nodes", "slam_toolbox", "fast_lio2"), one(load_node),
                ("taskslam.ros.node_file",)),
-        Reader("suite", examples.shipped("taskslam.benchmark", "suites", "paper"), one(load_suite),
-               ("taskslam.benchmark.suite",)),
+        Reader("campaign", examples.shipped("taskslam.benchmark.campaign", "campaigns", "paper"), one(load_campaign),
+               ("taskslam.benchmark.campaign.campaign_file",)),
+        Reader("plan", examples.planned, whole(_planned),
+               ("taskslam.benchmark.campaign.plan_file", "taskslam.benchmark.campaign.notes")),
         Reader("lab", examples.shipped("taskslam.lab", "labs", "house_cameras", "tsrb_long_ceiling"), one(load_lab),
                ("taskslam.lab.lab_file",)),
         Reader("setup", examples.setups, _setup, ("taskslam.realworld.setup_file",)),

@@ -20,6 +20,7 @@ class Ending(StrEnum):
     COMPLETE = "complete"
     INCOMPLETE = "incomplete"
     KEPT = "finished before"
+    SUBMITTED = "submitted"
     UNAVAILABLE = "method not installed"
     REFUSED = "refused"
     FAILED = "infrastructure failed"
@@ -49,7 +50,7 @@ class Watcher:
 
 
 class Engine(Protocol):
-    """Drives runs. Every spec has one result, whatever happens to it."""
+    """Drives runs, or hands them to a cluster's scheduler. Every spec has one result, whatever happens to it."""
 
     def run(self, specs: Sequence[RunSpec], out: Path, watcher: Watcher) -> Iterator[Result]:
         """Drive what is not finished under `out`; the results in the order of the specs.

@@ -30,7 +30,7 @@ from taskslam.observer import Observer
 from taskslam.processes.memory import own_peak_memory
 from taskslam.record.manifest import Manifest
 from taskslam.record.place import settle
-from taskslam.record.run_directory import MANIFEST, RunWriter, load_run
+from taskslam.record.run_directory import MANIFEST, RunWriter, load_manifest
 from taskslam.scenario import Scenario
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
@@ -50,7 +50,7 @@ class Undertaking:
     """A run that is about to be driven.
 
     card: what the method was described with. closed: folders of results, which the method cannot read. salt: of a
-    sealed run.
+    sealed run. take_over: as of `run`.
     """
 
     stage: Stage
@@ -59,6 +59,7 @@ class Undertaking:
     limits: Limits = field(default_factory=Limits)
     closed: tuple[Path, ...] = ()
     salt: str | None = None
+    take_over: bool = False
 
     def host(self, log: Path, proven: bool) -> MethodHost:
         """A fresh host of the method. proven: whether it has started well before in this run."""
@@ -76,12 +77,14 @@ def run(
     overwrite: bool = False,
     limits: Limits | None = None,
     salt: str | None = None,
+    take_over: bool = False,
 ) -> tuple[Path, bool]:
     """Drive one run on its stage; its directory, and whether every goal of every round was reached.
 
     A finished run of the very same spec is kept and not driven again; without a map, so are the rounds that had ended
     when one was interrupted. salt: of the sealed run that this one repeats; by default it is made with the secret that
-    rests in `out` (`sealing.py`).
+    rests in `out` (`sealing.py`). take_over: go on with this run even if another process seems to be at it, since
+    whoever asks knows that it is to be replaced (`record/run_directory.py`).
 
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
@@ -92,7 +95,8 @@ def run(
     observer = observer or Observer()
     card = card_of(spec.method)
     directory = run_folder(out, spec)
-    settle(directory)
+    if not take_over:
+        settle(directory)
     if not overwrite and (finished := finished_run(directory, spec, salt)) is not None:
         if find_method(spec.method).file is not None and finished.method_card.get("version") != card.version:
             raise RecordError(
@@ -103,7 +107,7 @@ def run(
         return directory, finished.complete
     if spec.sealed and salt is None:
         salt = salt_of(out, spec.digest)
-    undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt)
+    undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt, take_over)
     for attempt in range(_RETRIES + 1):
         try:
             return directory, _attempt(undertaking, directory, observer, overwrite)
@@ -123,7 +127,7 @@ def finished_run(directory: Path, spec: RunSpec, salt: str | None = None) -> Man
     """
     if not (directory / MANIFEST).exists():
         return None
-    manifest = load_run(directory).manifest
+    manifest = load_manifest(directory)
     if manifest.behaviour != spec.behaviour:
         driven = "an earlier version" if manifest.behaviour is None else f"behaviour version {manifest.behaviour}"
         raise RecordError(
@@ -165,8 +169,8 @@ def record_tour(
     wall = time.perf_counter()
     settings = navigation_settings(stage.scenario)
     navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
-    resumes, dice = _resumes(platform, spec), told_apart(undertaking.salt)
-    with RunWriter(directory, overwrite, spec.to_json(), resumes, dice) as record, ExitStack() as cast:
+    resumes, dice, take_over = _resumes(platform, spec), told_apart(undertaking.salt), undertaking.take_over
+    with RunWriter(directory, overwrite, spec.to_json(), resumes, dice, take_over) as record, ExitStack() as cast:
         if record.notice:
             observer.notice(record.notice)
         done = record.resumed

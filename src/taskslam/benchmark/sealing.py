@@ -53,8 +53,13 @@ def sealed(out: Path, wanted: bool = True) -> Iterator[Seal]:
     _secret(out)
     yield seal
     if not seal.keep:
-        with suppress(OSError):
-            (out / _FILE).unlink()
+        forget_secret(out)
+
+
+def forget_secret(out: Path) -> None:
+    """Delete the secret of `out`, if there is one: all is driven."""
+    with suppress(OSError):
+        (out / _FILE).unlink()
 
 
 def seal_file(out: Path) -> Path:

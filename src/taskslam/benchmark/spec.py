@@ -38,6 +38,7 @@ _ONLY_WORDS: dict[str, Any] = {
     },
 }
 _LONGEST_NAME = 80
+_USUAL_ROBOT: str = Scenario.model_fields["robot"].default
 
 
 class _Part(BaseModel):
@@ -123,10 +124,14 @@ class RunSpec(_Part):
 
     @property
     def way(self) -> str:
-        """The method and in which way it is run, where that is not the usual one: `karto,loop_closing=false,zero`."""
+        """The method and in which way it is run, where that is not the usual one: `karto,loop_closing=false,zero`.
+
+        A robot that is not the usual one is a way too, so that runs with several stand side by side.
+        """
         options = [f"{key}={json.dumps(value)}" for key, value in sorted(self.options.items())]
         latency = [] if self.latency == LatencyModel() else [self.latency.words]
-        return ",".join([self.method, *options, *latency])
+        robot = Path(self.task.scenario.robot).stem if isinstance(self.task, Drive) else _USUAL_ROBOT
+        return ",".join([self.method, *options, *latency, *([] if robot == _USUAL_ROBOT else [f"robot={robot}"])])
 
     def to_json(self) -> str:
         """One line that `from_json` reads."""

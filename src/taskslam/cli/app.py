@@ -6,6 +6,7 @@ import typer
 
 from taskslam.cli import (
     camera,
+    campaign,
     choose,
     compare,
     doctor,
@@ -23,9 +24,11 @@ from taskslam.cli import (
     report,
     ros,
     run,
+    runs,
     scenarios,
     suite,
     tags,
+    verify,
     worlds,
 )
 from taskslam.cli.console import say
@@ -42,8 +45,11 @@ app = typer.Typer(
 app.command("demo")(run.demo)
 app.command("run")(run.run)
 app.command("suite")(suite.suite)
+app.add_typer(campaign.app, name="campaign")
 app.command("choose")(choose.choose)
 app.command("lab")(lab.lab)
+app.command("runs")(runs.runs)
+app.command("verify")(verify.verify)
 app.command("evaluate")(evaluate.evaluate)
 app.command("evaluate-trajectories")(evaluate_trajectories.evaluate_trajectories)
 app.command("export")(export.export)

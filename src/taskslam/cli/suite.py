@@ -1,27 +1,23 @@
-"""`taskslam suite`: many runs in one command, resumed where they stopped, ending in one report."""
+"""`taskslam suite`: a campaign on this machine in one command, resumed where it stopped, ending in one report."""
 
 from __future__ import annotations
 
-from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from taskslam.cli.console import say
 from taskslam.mode import Mode
-from taskslam.stopping import StoppedError
-
-if TYPE_CHECKING:
-    from taskslam.benchmark.engine import Result
 
 
 def suite(
-    name: Annotated[str, typer.Argument(help="A shipped suite (paper) or a YAML file.")],
-    worlds: Annotated[str, typer.Option(help="Its worlds: builtin, or aws (clone them first).")] = "builtin",
+    name: Annotated[str, typer.Argument(help="A shipped campaign (paper) or a YAML file.")],
+    worlds: Annotated[
+        str, typer.Option(help="Its worlds, as builtin or aws (clone them first); default: its first.")
+    ] = "",
     methods: Annotated[str, typer.Option(help="Comma-separated; default: the suite's.")] = "",
-    modes: Annotated[str, typer.Option(help=f"Comma-separated: {', '.join(Mode)}.")] = ",".join(Mode),
-    seeds: Annotated[str, typer.Option(help="Comma-separated.")] = "0",
+    modes: Annotated[str, typer.Option(help=f"Comma-separated: {', '.join(Mode)}; default: the suite's.")] = "",
+    seeds: Annotated[str, typer.Option(help="Comma-separated; default: the suite's, three.")] = "",
     rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the suite's.")] = None,
     latencies: Annotated[
         str, typer.Option(help="Comma-separated: fixed, zero, measured x 4; default: the suite's.")
@@ -55,53 +51,30 @@ def suite(
 
         taskslam suite paper --methods orb_slam3 --set robot=turtlebot2_vga15 --out suite_vga15
     """
-    from taskslam.benchmark.engine import Ending
+    from taskslam.benchmark.campaign.campaign_file import load_campaign
+    from taskslam.benchmark.campaign.plan_file import write_plan
+    from taskslam.benchmark.campaign.planning import plan
     from taskslam.benchmark.engines.local import LocalEngine
-    from taskslam.benchmark.sealing import sealed as sealed_with
-    from taskslam.benchmark.spec import run_folder
-    from taskslam.benchmark.suite import load_suite, plan
-    from taskslam.cli.progress import progress, suite_progress
-    from taskslam.evaluation import evaluate_runs, write_metrics
-    from taskslam.record.run_directory import MANIFEST
-    from taskslam.report import write_report
+    from taskslam.cli.campaign import drive_planned, words_of
+    from taskslam.cli.progress import progress
 
-    chosen = [_mode(word) for word in _words(modes)]
+    campaign = load_campaign(name)
+    asked = {
+        "methods": tuple(words_of(methods)),
+        "modes": tuple(_mode(word) for word in words_of(modes)),
+        "seeds": _numbers(seeds),
+        "rounds": rounds,
+        "latencies": tuple(words_of(latencies)),
+        "settings": (*campaign.settings, *(set_ or ())),
+        "sealed": sealed or campaign.sealed,
+    }
+    campaign = campaign.model_copy(update={key: value for key, value in asked.items() if value})
     with progress(quiet) as observer:
-        planned = plan(
-            load_suite(name), worlds, _words(methods), chosen, _numbers(seeds), rounds, set_ or (), _words(latencies),
-            sealed, world_path or [], observer,
-        )  # fmt: skip
-    engine = LocalEngine(jobs, planned.folders)
-    try:
-        with (
-            suite_progress(quiet, len(planned.specs)) as watcher,
-            sealed_with(out, sealed) as seal,
-            closing(engine.run(planned.specs, out, watcher)) as ran,
-        ):
-            results = [*planned.refused, *ran]
-            seal.keep = any(result.ending is Ending.FAILED for result in results)
-    except StoppedError as stop:
-        done = sum((run_folder(out, spec) / MANIFEST).exists() for spec in planned.specs)
-        stop.add_note(f"{done} of {len(planned.specs)} runs are finished and kept; start again to go on")
-        raise
-    _say_what_was_not_driven(results)
-    if any(result.ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT} for result in results):
-        write_metrics(out, evaluate_runs([out]))
-        say(f"Report: {write_report([out], out / 'report.html')}")
-    endings = {result.ending for result in results}
-    raise typer.Exit(3 if Ending.FAILED in endings else 2 if Ending.REFUSED in endings else 0)
-
-
-def _say_what_was_not_driven(results: list[Result]) -> None:
-    from taskslam.benchmark.engine import Ending
-
-    for result in results:
-        if result.ending in {Ending.UNAVAILABLE, Ending.REFUSED, Ending.FAILED}:
-            say(f"{result.title}: {result.ending}: {result.detail}", err=True)
-
-
-def _words(text: str) -> list[str]:
-    return [word.strip() for word in text.split(",") if word.strip()]
+        sets = words_of(worlds) or list(campaign.scenarios)[:1] * isinstance(campaign.scenarios, dict)
+        planned = plan(campaign, sets, world_path or (), observer)
+    write_plan(out, campaign, planned)
+    engine = LocalEngine(jobs, planned.folders, campaign.resources)
+    drive_planned(planned, engine, out, campaign.sealed, quiet)
 
 
 def _mode(word: str) -> Mode:
@@ -112,10 +85,11 @@ def _mode(word: str) -> Mode:
     return Mode(word)
 
 
-def _numbers(text: str) -> list[int]:
+def _numbers(text: str) -> tuple[int, ...]:
+    from taskslam.cli.campaign import words_of
     from taskslam.errors import InputError
 
-    words = _words(text)
-    if not words or not all(word.isdecimal() for word in words):
+    words = words_of(text)
+    if not all(word.isdecimal() for word in words):
         raise InputError(f"--seeds {text}: expected whole numbers, as in 0,1,2")
-    return [int(word) for word in words]
+    return tuple(int(word) for word in words)

@@ -18,6 +18,7 @@ from taskslam.record.run_directory import (
     RunWriter,
     find_partial_runs,
     find_runs,
+    load_manifest,
     load_run,
 )
 from taskslam.record.trajectories import Trajectory
@@ -40,5 +41,6 @@ __all__ = [
     "Trajectory",
     "find_partial_runs",
     "find_runs",
+    "load_manifest",
     "load_run",
 ]

@@ -9,7 +9,9 @@
 
 While a run is under way it lives in a hidden folder beside its place, `.<name>.partial`, which is renamed at the end;
 one process at a time writes it (`run_lock.py`). What an interrupted one leaves, the next start goes on with where it
-can (`resumption.py`), and removes otherwise. Nothing is written through a link.
+can (`resumption.py`), and removes otherwise. Nothing is written through a link. A cluster may take a machine for dead
+that is not, and start its work elsewhere: each start puts its name into the folder, and whoever finds another there
+before a round is written, or the run is put in its place, has been replaced and writes no more.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import secrets
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,7 +34,7 @@ from pydantic import ValidationError
 from taskslam.errors import RecordError
 from taskslam.files import remove, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
-from taskslam.reading import LARGEST_MANIFEST, is_there, read_json, read_text
+from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, is_there, read_bytes, read_json, read_text
 from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
@@ -45,6 +48,7 @@ from taskslam.record.trajectories import SpatialTrajectory, Trajectory, read_tra
 MANIFEST, JOURNAL, METHOD_LOG, SPEC = MANIFEST_FILE, "journal.jsonl", "method.log", "spec.json"
 PoseName: TypeAlias = Literal["truth", "estimate", "odometry"]
 POSE_NAMES: tuple[PoseName, ...] = get_args(PoseName)
+_WRITER = "writer"  # the name of the start that writes; it goes when the run is finished
 
 
 class RunWriter:
@@ -58,15 +62,22 @@ class RunWriter:
     """
 
     def __init__(
-        self, directory: Path, replace: bool = False, spec: str | None = None, resume: bool = False, dice: str = ""
+        self,
+        directory: Path,
+        replace: bool = False,
+        spec: str | None = None,
+        resume: bool = False,
+        dice: str = "",
+        take_over: bool = False,
     ) -> None:
         """Begin a run that will stand at `directory`, or go on with what an interrupted start left of it.
 
         replace: a finished run at `directory` is replaced when this one finishes. spec: the run as one value, for
         spec.json. resume: rounds of the very same spec that had ended are kept: then `resumed` tells of them. dice: of
-        a sealed run, a word that tells its noise from another's, and from which that cannot be had. notice:
-        what became of an interrupted start, empty where there was none. began_utc: ISO 8601, when the run began: its
-        first start; may be set before a round ends.
+        a sealed run, a word that tells its noise from another's, and from which that cannot be had. take_over: a lock
+        that somebody holds is no reason to wait, since whoever starts this knows that the holder is to be replaced.
+        notice: what became of an interrupted start, empty where there was none. began_utc: ISO 8601, when the run
+        began: its first start; may be set before a round ends.
 
         Raises RecordError if the directory exists and `replace` is not set, or if another process is writing it;
         DiskFullError if the place is not writable.
@@ -80,18 +91,20 @@ class RunWriter:
         self._finished = False
         with writing(self.directory):
             self.directory.parent.mkdir(parents=True, exist_ok=True)
-        self._lock = RunLock(self.directory)
+        self._lock = None if take_over else RunLock(self.directory)
         try:
             settle_locked(self.directory)
             if not replace and is_taken(self.directory):
                 raise RecordError(f"{self.directory}: exists already; expected the name of a new folder for this run")
             with writing(self.directory):
                 self._take_over(spec, resume)
+            self._name = secrets.token_hex(16)
+            write_whole(self.folder / _WRITER, self._name)
             self._journal = JournalWriter(self.folder / JOURNAL, self.resumed.journal_bytes)
             if spec is not None:
                 write_whole(self.folder / SPEC, spec + "\n")
         except BaseException:
-            self._lock.release()
+            self._release()
             raise
         self._written = set(range(self.resumed.rounds))
         self._resumable = resume
@@ -114,6 +127,9 @@ class RunWriter:
                 path.name not in {JOURNAL, TALLY, METHOD_LOG}
             ):
                 remove(path)
+        # A new file, so that a replaced writer, who has the old one open, adds nothing to it.
+        journal = read_bytes(self.folder / JOURNAL, "journal", RecordError, LARGEST_JOURNAL)
+        write_whole(self.folder / JOURNAL, journal[: self.resumed.journal_bytes])
 
     @property
     def method_log(self) -> Path:
@@ -123,9 +139,10 @@ class RunWriter:
     def event(self, event: Event) -> None:
         """Append an event to the journal; before `RoundEnded` the round's trajectories are written.
 
-        Raises DiskFullError.
+        Raises DiskFullError; RecordError if another start has taken over.
         """
         if isinstance(event, RoundEnded):
+            self._check_writer()
             self._write_round(event.round)
         self._measured |= not isinstance(event, RoundStarted)
         self._journal.write(event)
@@ -133,8 +150,9 @@ class RunWriter:
     def tally(self, number: int, compute_s: float, peak_bytes: int, cpu_s: float = 0.0, stop_failure: str = "") -> None:
         """Remember, before round `number` ends, what it took of the method: for whoever must go on after it.
 
-        Raises DiskFullError.
+        Raises DiskFullError; RecordError if another start has taken over.
         """
+        self._check_writer()
         now = time.perf_counter()
         wall_s, self._round_began = now - self._round_began, now
         add_tally(
@@ -169,30 +187,45 @@ class RunWriter:
     def finish(self, manifest: Manifest | Mapping[str, Any]) -> Path:
         """Write run.json and put the whole run in its place. Returns the run directory.
 
-        Raises RecordError if the manifest is not valid, DiskFullError if it cannot be written.
+        Raises RecordError if the manifest is not valid or another start has taken over, DiskFullError if it cannot be
+        written.
         """
+        self._check_writer()
         checked = validate_manifest(manifest, self.folder / MANIFEST)
         self._write_open_rounds()
         self._journal.close()
         with writing(self.folder):
             remove(self.folder / TALLY)
+            remove(self.folder / _WRITER)
             checked = checked.model_copy(update={"files": digests(self.folder)})
         write_whole(self.folder / MANIFEST, _json(checked.model_dump(mode="json")))
         move_into_place(self.folder, self.directory, self._replace)
         self._finished = True
-        self._lock.release()
+        self._release()
         return self.directory
 
     def __enter__(self) -> RunWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
-        if self._finished:
-            return
         try:
-            self._leave(error)
+            if not self._finished and self._is_ours():
+                self._leave(error)
         finally:
+            self._release()
+
+    def _release(self) -> None:
+        if self._lock is not None:
             self._lock.release()
+
+    def _is_ours(self) -> bool:
+        return _text(self.folder / _WRITER) == self._name
+
+    def _check_writer(self) -> None:
+        if self._finished or self._is_ours():
+            return
+        self._finished = True  # nothing of it is ours to write any more
+        raise RecordError(f"{self.directory}: another start of this run has taken over; this one writes no more")
 
     def _leave(self, error: BaseException | None) -> None:
         if error is None:
@@ -265,17 +298,22 @@ class RunRecord:
         return read_trajectory(path)
 
 
-def load_run(directory: Path, damaged: bool = False) -> RunRecord:
-    """Read a run directory. Raises RecordError naming the file, the place in it and what was expected.
-
-    damaged: whether to take a journal with damaged lines, make the best of it, and compare files with their digests.
-    """
+def load_manifest(directory: Path) -> Manifest:
+    """What a run was, without what happened in it. Raises RecordError as `load_run`."""
     path = directory / MANIFEST
     if not is_there(path):
         if is_there(directory / JOURNAL):
             raise RecordError(f"{directory}: half-written: it has a journal but no {MANIFEST}")
         raise RecordError(f"{directory}: not a run directory; expected a folder that holds {MANIFEST}")
-    manifest = validate_manifest(read_json(path, "run", RecordError, LARGEST_MANIFEST), path)
+    return validate_manifest(read_json(path, "run", RecordError, LARGEST_MANIFEST), path)
+
+
+def load_run(directory: Path, damaged: bool = False) -> RunRecord:
+    """Read a run directory. Raises RecordError naming the file, the place in it and what was expected.
+
+    damaged: whether to take a journal with damaged lines, make the best of it, and compare files with their digests.
+    """
+    manifest = load_manifest(directory)
     if not damaged:
         journal = read_journal(directory / JOURNAL)
         return RunRecord(directory, manifest, journal.events, journal.truncated)

@@ -1,14 +1,21 @@
-"""One process at a time writes the run at a directory: a lock that dies with its holder and leaves nothing behind."""
+"""One process at a time writes the run at a directory: a lock that dies with its holder and leaves nothing behind.
+
+Some networks' file systems have no such locks, or none that other machines see. There whoever comes last goes on, and
+the one before finds out by the name in the run's folder (`run_directory.py`).
+"""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 from pathlib import Path
 
 from taskslam.errors import RecordError
 from taskslam.files import writing
+
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
 
 
 class RunLock:
@@ -32,7 +39,8 @@ class RunLock:
         with contextlib.suppress(OSError):  # a file that stays does no harm
             self._path.unlink(missing_ok=True)
         # Explicitly, because a forked child that outlives us shares the lock through its copy of the file.
-        fcntl.flock(self._file, fcntl.LOCK_UN)
+        with contextlib.suppress(OSError):
+            fcntl.flock(self._file, fcntl.LOCK_UN)
         self._file.close()
 
     def _take(self, directory: Path) -> bool:
@@ -46,6 +54,9 @@ class RunLock:
             raise RecordError(
                 f"{directory}: another process is writing this run; wait for it or name another folder"
             ) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(self._path.lstat(), os.fstat(self._file.fileno())):
                 return True

@@ -1,6 +1,7 @@
 """One run in a process of its own: `python -m taskslam.benchmark.engines.worker PARENT`, the order on stdin as JSON.
 
-The order: `spec`, the run as `RunSpec.to_json` says it; `out`; `folders`, where worlds and maps lie.
+The order: `spec`, the run as `RunSpec.to_json` says it; `out`; `folders`, where worlds and maps lie; `salt` and
+`take_over` as of `benchmark.run.run`.
 
 Says progress as JSON lines, on what was its standard output: what libraries print goes to standard error. The last line
 of a run that could not be driven is a `complaint`. Exit status as the command line's (`taskslam.endings`): 0 complete,
@@ -16,6 +17,7 @@ import time
 from pathlib import Path
 from typing import Any, TextIO
 
+from taskslam.benchmark.one_processor import check_processor
 from taskslam.benchmark.run import run
 from taskslam.benchmark.spec import RunSpec
 from taskslam.benchmark.stage import stage_of
@@ -76,7 +78,9 @@ def main() -> int:
 def _drive(order: dict[str, Any], observer: _Reporter) -> int:
     spec = RunSpec.from_json(order["spec"])
     stage = stage_of(spec, [Path(folder) for folder in order["folders"]], observer)
-    _, complete = run(stage, spec, Path(order["out"]), observer)
+    out, salt, take_over = Path(order["out"]), order["salt"], bool(order["take_over"])
+    check_processor(spec, out)
+    _, complete = run(stage, spec, out, observer, salt=salt, take_over=take_over)
     return 0 if complete else 1
 
 
