@@ -57,18 +57,29 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
 
 
 @app.command("plan")
-def plan_(file: File, out: Out = None, worlds: Worlds = "", world_path: WorldPath = None, quiet: Quiet = False) -> None:
+def plan_(
+    file: File,
+    out: Out = None,
+    worlds: Worlds = "",
+    world_path: WorldPath = None,
+    detect: Annotated[
+        str, typer.Option(help="Say how many rounds and seeds find such a difference of E between methods: 20%.")
+    ] = "",
+    quiet: Quiet = False,
+) -> None:
     """Say what a campaign would drive and what that costs: simulated hours, and hours of cores.
 
     Prices rest on the runs that stand in its folder already, and on a table elsewhere. Exit status: 2 if a scenario
     cannot be driven.
 
     Example:
-        taskslam campaign plan paper --worlds builtin
+        taskslam campaign plan paper --worlds builtin --detect 20%
     """
+    from taskslam.benchmark.campaign.design import design_words, share_of
     from taskslam.benchmark.campaign.price import Prices
     from taskslam.benchmark.campaign.state import unfinished
 
+    share = share_of(detect) if detect else None
     kept, folder = _planned(file, out, worlds, world_path or [], quiet)
     specs = kept.plan.specs
     prices = Prices(specs, folder, kept.campaign.resources)
@@ -76,6 +87,8 @@ def plan_(file: File, out: Out = None, worlds: Worlds = "", world_path: WorldPat
     left = unfinished(specs, folder)
     core_h = sum(prices.of(spec).core_s for spec in left) / _HOUR
     say(f"{len(specs)} runs, of which {len(specs) - len(left)} are finished; to drive: {core_h:.1f} core hours")
+    if share is not None:
+        say(design_words(specs, folder, share))
     _say_what_was_not_driven(kept.plan.refused)
     raise typer.Exit(2 if kept.plan.refused else 0)
 
