@@ -25,6 +25,7 @@ from taskslam.slam.cards import card_of
 from taskslam.slam.conformance.drive import BY_FORMULA, ConformanceDrive, Look
 from taskslam.slam.guest.failure import MethodFailedError
 from taskslam.slam.guest.host import MethodHost
+from taskslam.slam.guest.latency import LatencyMode, LatencyModel
 
 MakeLooks: TypeAlias = Callable[[SensorRig, Collection[Sensor]], Mapping[Sensor, Look]]
 
@@ -66,7 +67,7 @@ def check_node(reference: str, rig: SensorRig, make_looks: MakeLooks, limits: Li
     drive = ConformanceDrive(rig, _STILL_S, sensors=card.sensors, looks=make_looks(rig, seen) if seen else None)
     with Scratch("check") as scratch:
         log = scratch.folder / "method.log"
-        host = MethodHost(method, {}, rig, log, limits=limits, described=card)
+        host = MethodHost(method, {}, rig, log, LatencyModel(LatencyMode.ZERO), limits, described=card)
         wall_ms: list[float] = []
         poses, failure = 0, ""
         try:
@@ -75,8 +76,7 @@ def check_node(reference: str, rig: SensorRig, make_looks: MakeLooks, limits: Li
                     began = time.perf_counter()
                     host.feed(measurement)
                     if measurement.sensor == node.awaited:
-                        later = measurement.stamp + round(card.latency * NANOSECONDS)
-                        poses += len(host.collect(later))
+                        poses += len(host.collect(measurement.stamp))
                         wall_ms.append((time.perf_counter() - began) * 1e3)
                         if len(wall_ms) == FRAMES:
                             break

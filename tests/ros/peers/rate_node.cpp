@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
   own.getParam("rate", rate);
   own.getParam("whole", whole);
   own.getParam("topic", topic);
+  own.setParam("heard", 0);
   auto pose = node.advertise<geometry_msgs::PoseWithCovarianceStamped>(topic, 10);
   auto scan = node.subscribe("/scan", 100, takeScan);
   auto tf = node.subscribe("/tf", 100, takeTransforms);

@@ -52,6 +52,7 @@ class Bridge:
         self._speakers: set[str] = set()
         self._transformed = -1
         self._processes: set[int] = set()
+        self._given: list[str] = []  # whole names of the parameters that the file sets
         self._master = Master()
         self._us = Node(_US, self._master.uri, node.patience)
         self._process: NodeProcess | None = None
@@ -156,8 +157,8 @@ class Bridge:
             if not set(graph.subscribers.get(topic, ())) - {_US} and topic not in (_CLOCK, _TF, _TF_STATIC):
                 yield f"nobody reads {topic}.{did_you_mean(topic, own)}"
         asked = self._master.asked()
-        for name in self._master.parameters.names():
-            if name.startswith(self._space) and not any(f"{name}/".startswith(f"{one.rstrip('/')}/") for one in asked):
+        for name in self._given:
+            if not any(_within(name, one) or _within(one, name) for one in asked):
                 unset = [one for one in asked if not self._master.parameters.has(one)]
                 yield f"no node asked for the parameter {name}.{did_you_mean(name, unset)}"
         yield from unknown_frames(self._file.parameters, self._told_frames())
@@ -187,7 +188,9 @@ class Bridge:
         for name, wanted in file.extrinsics.items():
             given[name] = self._encoder.extrinsic(wanted)
         for name, value in given.items():
-            self._master.parameters.set(name if name.startswith("/") else self._space + name, value)
+            whole = name if name.startswith("/") else self._space + name
+            self._given.append(whole)
+            self._master.parameters.set(whole, value)
 
     def _beside(self, value: Any) -> Any:
         match value:
@@ -306,6 +309,11 @@ class Bridge:
         encoder = self._encoder
         names = {encoder.frame(name) for name in ("base_footprint", "odom", *encoder.mounted)}
         return names | {self._file.answer.world, encoder.frame("map")} - {""}
+
+
+def _within(name: str, folder: str) -> bool:
+    """Whether a parameter is the other, or stands in it."""
+    return f"{name}/".startswith(f"{folder.rstrip('/')}/")
 
 
 def _and(names: Iterable[str]) -> str:
