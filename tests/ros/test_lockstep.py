@@ -175,6 +175,23 @@ def test_a_sparse_node_is_done_once_it_rests_after_the_last_tick():
     assert 0.06 + 0.02 <= wire.wall < 0.2
 
 
+@pytest.mark.parametrize("answers", list(Answers))
+def test_time_in_which_we_were_stopped_does_not_count(answers):
+    """Suspended with the node for an hour, between two looks: its answer still counts."""
+    wire = Recorder([60])
+    plain = wire.hear
+
+    def hear(longest_s):
+        if wire.wall and wire.wall < 3600.0:
+            wire.wall += 3600.0
+        return plain(longest_s)
+
+    wire.hear = hear
+    step = begun(wire, tick=90 * MS, answers=answers, quiet_s=0.12, longest_s=0.15)
+    assert feed(step, frame(PERIOD)) is not None
+    assert wire.wall > 3600.0
+
+
 def test_a_sparse_node_is_never_given_up():
     step = begun(Recorder([None] * 30), answers=Answers.SPARSE, quiet_s=0.01, in_a_row=3)
     for index in range(30):

@@ -10,7 +10,8 @@ was learned with real nodes:
 - An answer belongs to the frame whose stamp it bears, whenever it comes. One of no frame is counted, and one of the
   future is none.
 - A frame without an answer is counted and passed over: after a long time on the wall's clock, so that a slow machine is
-  no slow node, or, with a node that need not answer every frame, once it has nothing left to do.
+  no slow node, or, with a node that need not answer every frame, once it has nothing left to do. While we ourselves
+  were stopped (a job that is suspended, a laptop that sleeps) no time has passed.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ SAME = 1_000  # ns: nodes that keep a stamp as a double of seconds lose the last
 _MOST_OPEN = 1_000  # frames without an answer that are remembered
 _NEVER = -1
 _QUIET_SHARE = 0.1  # of one core: what looking for work costs a node that has none
+_LONGEST_LOOK_S = 0.05  # a look for answers that took longer found us stopped, and most likely the node too
 
 
 class Answers(StrEnum):
@@ -170,21 +172,24 @@ class Lockstep:
         self._wire.clock(now)
 
     def _wait_for(self, bears: int, following: int) -> Answer | None:
-        rules, began = self._rules, self._wall()
-        worked, since = self._wire.worked(), began
+        rules, looked = self._rules, self._wall()
+        waited = since = 0.0  # s; since: when the clock was last moved, or the node last seen at work
+        worked = self._wire.worked()
         while True:
             heard = [answer for answer in self._wire.hear(rules.every_s) if self._take(answer, bears)]
             if heard:
                 return heard[0]
-            looked = self._wall()
+            now = self._wall()
+            waited += min(now - looked, _LONGEST_LOOK_S)
+            looked = now
             if self.tick(following):
-                worked, since = self._wire.worked(), looked
-            elif rules.answers is Answers.SPARSE and (lull := looked - since) >= rules.quiet_s:
+                worked, since = self._wire.worked(), waited
+            elif rules.answers is Answers.SPARSE and (lull := waited - since) >= rules.quiet_s:
                 work = self._wire.worked()
                 if work - worked <= _QUIET_SHARE * lull:
                     return None
-                worked, since = work, looked
-            if looked - began >= rules.longest_s:
+                worked, since = work, waited
+            if waited >= rules.longest_s:
                 return None
 
     def _take(self, answer: Answer, awaited: int) -> bool:
