@@ -192,6 +192,18 @@ def test_time_in_which_we_were_stopped_does_not_count(answers):
     assert wire.wall > 3600.0
 
 
+def test_only_the_first_frames_may_be_silent():
+    """Three are passed over once the node rests; the fourth is waited for as long as any, and two such end it."""
+    step = begun(wire := Recorder([None] * 5), silent_start=3, quiet_s=0.01, longest_s=5.0, in_a_row=2)
+    for index in range(3):
+        feed(step, frame(index * PERIOD))
+    assert wire.wall < 1.0
+    feed(step, frame(3 * PERIOD))
+    assert wire.wall > 5.0
+    with pytest.raises(StalledError, match="not answered 2 frames in a row .*5 missing"):
+        feed(step, frame(4 * PERIOD))
+
+
 def test_a_sparse_node_is_never_given_up():
     step = begun(Recorder([None] * 30), answers=Answers.SPARSE, quiet_s=0.01, in_a_row=3)
     for index in range(30):

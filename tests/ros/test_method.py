@@ -290,6 +290,13 @@ def test_a_check_of_a_node_file_tells_what_may_be_wrong(write_node, rate_node, r
     assert not any("/rate_node/heard" in words for words in found.findings)  # the node's own
 
 
+def test_a_check_goes_on_after_the_frames_that_need_no_answer(write_node, rate_node, rig):
+    late = write_node(rate_node, parameters={"fault": "begins_late", "after": 4}, silent_start=4)
+    found = check_node(str(late), rig, lambda *_: {})
+    assert (found.frames, found.poses, found.passed) == (14, 10, True)
+    assert not any("had no answer" in words for words in found.findings)
+
+
 def test_a_check_of_a_node_that_dies_quotes_it(write_node, rate_node, rig):
     found = check_node(str(write_node(rate_node, parameters={"fault": "dies"})), rig, lambda *_: {})
     assert not found.passed

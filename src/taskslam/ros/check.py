@@ -1,4 +1,4 @@
-"""Trying a node file: start, handshake, ten frames; then, in words, what is missing and what is likely wrong.
+"""Trying a node file: start, handshake, ten frames after those that need no answer; then, in words, what is missing and what is likely wrong.
 
 It goes through the same host and behind the same wall as a run.
 """
@@ -36,7 +36,7 @@ _STILL_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class NodeCheck:
-    """What ten frames showed.
+    """What the frames showed.
 
     frames: given; poses: answered; wall_ms: on the wall's clock for each frame; failure: how it ended, if it did;
     findings: a sentence for each thing that may be wrong, whether it answered or not.
@@ -64,7 +64,9 @@ def check_node(reference: str, rig: SensorRig, make_looks: MakeLooks, limits: Li
     if missing := [sensor for sensor in card.sensors if sensor not in fitted(rig)]:
         raise InputError(f"{node.name} needs {', '.join(missing)}, which the robot has not")
     seen = [sensor for sensor in card.sensors if sensor not in BY_FORMULA]
-    drive = ConformanceDrive(rig, _STILL_S, sensors=card.sensors, looks=make_looks(rig, seen) if seen else None)
+    wanted = node.silent_start + FRAMES
+    still = max(_STILL_S, card.needs_still_start)
+    drive = ConformanceDrive(rig, still, sensors=card.sensors, looks=make_looks(rig, seen) if seen else None)
     with Scratch("check") as scratch:
         log = scratch.folder / "method.log"
         host = MethodHost(method, {}, rig, log, LatencyModel(LatencyMode.ZERO), limits, described=card)
@@ -78,15 +80,15 @@ def check_node(reference: str, rig: SensorRig, make_looks: MakeLooks, limits: Li
                     if measurement.sensor == node.awaited:
                         poses += len(host.collect(measurement.stamp))
                         wall_ms.append((time.perf_counter() - began) * 1e3)
-                        if len(wall_ms) == FRAMES:
+                        if len(wall_ms) == wanted:
                             break
         except MethodFailedError as error:
             failure = str(error)
         findings = list(_findings(log))
-    if not failure and node.answers is Answers.EVERY_FRAME and poses < len(wall_ms):
-        findings.insert(
-            0, f"{len(wall_ms) - poses} frames had no answer; a node that may be silent says answers: sparse"
-        )
+    silent = len(wall_ms) - poses
+    if not failure and node.answers is Answers.EVERY_FRAME and silent > node.silent_start:
+        hint = "answers: sparse, or silent_start: with how many frames at the start may have none"
+        findings.insert(0, f"{silent} frames had no answer; a node that may be silent says {hint}")
     return NodeCheck(len(wall_ms), poses, tuple(wall_ms), failure or host.stop_failure, tuple(findings))
 
 

@@ -10,7 +10,7 @@ was learned with real nodes:
 - An answer belongs to the frame whose stamp it bears, whenever it comes. One of no frame is counted, and one of the
   future is none.
 - A frame without an answer is counted and passed over: after a long time on the wall's clock, so that a slow machine is
-  no slow node, or, with a node that need not answer every frame, once it has nothing left to do. While we ourselves
+  no slow node, or, where a node may be silent, once it has nothing left to do. While we ourselves
   were stopped (a job that is suspended, a laptop that sleeps) no time has passed.
 """
 
@@ -44,12 +44,14 @@ class Answers(StrEnum):
 class Rules:
     """How a node is waited for.
 
+    silent_start: so many frames at the start of a life may have no answer, though every later one has.
     tick: ns of simulated time, and every_s: s on the wall's clock from one tick to the next. longest_s: on the wall's
     clock for one answer. in_a_row: so many frames without an answer end it, where every frame has one. quiet_s: with
-    next to no work for so long after the last tick, a sparse node has nothing to say.
+    next to no work for so long after the last tick, a node that may be silent has nothing to say.
     """
 
     answers: Answers = Answers.EVERY_FRAME
+    silent_start: int = 0
     tick: int = 2_000_000
     every_s: float = 0.001
     longest_s: float = 10.0
@@ -184,7 +186,7 @@ class Lockstep:
             looked = now
             if self.tick(following):
                 worked, since = self._wire.worked(), waited
-            elif rules.answers is Answers.SPARSE and (lull := waited - since) >= rules.quiet_s:
+            elif self._may_be_silent and (lull := waited - since) >= rules.quiet_s:
                 work = self._wire.worked()
                 if work - worked <= _QUIET_SHARE * lull:
                     return None
@@ -209,10 +211,17 @@ class Lockstep:
         self.counts.answered += 1
         return True
 
+    @property
+    def _may_be_silent(self) -> bool:
+        """Whether the frame that was said last need not be answered."""
+        return self._rules.answers is Answers.SPARSE or self.counts.frames <= self._rules.silent_start
+
     def _missed(self) -> None:
         self.counts.missing += 1
+        if self._may_be_silent:
+            return
         self._in_a_row += 1
-        if self._rules.answers is Answers.EVERY_FRAME and self._in_a_row >= self._rules.in_a_row:
+        if self._in_a_row >= self._rules.in_a_row:
             stray = ""
             if self._strayed is not None:
                 off = self._strayed / NANOSECONDS
