@@ -200,7 +200,7 @@ def test_only_the_first_frames_may_be_silent():
     assert wire.wall < 1.0
     feed(step, frame(3 * PERIOD))
     assert wire.wall > 5.0
-    with pytest.raises(StalledError, match="not answered 2 frames in a row .*5 missing"):
+    with pytest.raises(StalledError, match=r"not answered 2 frames in a row .*5 missing"):
         feed(step, frame(4 * PERIOD))
 
 
