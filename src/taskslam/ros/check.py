@@ -1,4 +1,4 @@
-"""Trying a node file: start, handshake, ten frames that want an answer; then, in words, what is missing and likely wrong.
+"""Trying a node file: start, handshake, ten frames that want answers; then, in words, what is missing and likely wrong.
 
 It goes through the same host and behind the same wall as a run.
 """
