@@ -13,7 +13,7 @@ from taskslam.geometry import SE2, invert_se3
 from taskslam.measurements import NANOSECONDS, LaserScan, WheelOdometry
 from taskslam.robot import load_robot
 from taskslam.ros.encoding import EPOCH, NodeEncoder, Odometer, PoseReader, stamp_of, unknown_frames
-from taskslam.ros.node_file import Answer, Extrinsic
+from taskslam.ros.node_file import Answer, Extrinsic, Intrinsic
 from taskslam.slam.base import InvalidOutputError
 
 RIG = load_robot("turtlebot2").rig
@@ -117,6 +117,15 @@ def test_stamps_begin_where_ros_knows_time_and_frames_bear_the_nodes_names():
     assert (said.stamp, said.bears, stamp_of(scan)) == (0, -2_000_000, -2_000_000)
     ((_, odometry),) = encoder(base_footprint="base_link").utterance(WheelOdometry(7, SE2(), 0.0, 0.0)).messages
     assert odometry.child_frame_id == "base_link"
+
+
+def test_an_intrinsic_says_what_the_published_camera_is():
+    fx, fy, cx, cy = encoder().intrinsic(Intrinsic(what="pinhole"))
+    assert (fx, fy) == pytest.approx((360.06528871, 360.06528871), abs=1e-6)  # as the authors' settings have it
+    assert (cx, cy) == (376.0, 240.0)
+    assert encoder().intrinsic(Intrinsic(what="resolution")) == [752, 480]
+    with pytest.raises(InputError, match=r"the robot has no .*whose pinhole the node is to be told"):
+        encoder().intrinsic(Intrinsic(of="rgbd_images", what="pinhole"))
 
 
 def test_an_extrinsic_says_where_one_frame_lies_in_another():

@@ -18,7 +18,8 @@ from taskslam.geometry import SE2, FloatArray, invert_se3
 from taskslam.measurements import NANOSECONDS, Measurement, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.ros.lockstep import Answer as Said
-from taskslam.ros.node_file import Answer, Extrinsic
+from taskslam.ros.node_file import Answer, Extrinsic, Intrinsic
+from taskslam.sensors import sensor_kind
 from taskslam.slam.base import InvalidOutputError
 
 EPOCH = 1_000 * NANOSECONDS
@@ -91,6 +92,16 @@ class NodeEncoder(RosEncoder):
                 part = T
         listed: list[Any] = part.tolist()
         return listed
+
+    def intrinsic(self, wanted: Intrinsic) -> list[Any]:
+        """What a camera is, as a parameter. Raises InputError: the robot has no such camera."""
+        kind = sensor_kind(wanted.of)
+        camera = kind.part_of(self._rig)
+        if camera is None:
+            raise InputError(f"the robot has no {kind.words}, whose {wanted.what} the node is to be told")
+        if wanted.what == "resolution":
+            return [camera.width, camera.height]
+        return [camera.focal_length, camera.focal_length, *camera.center]
 
 
 class Odometer:

@@ -24,6 +24,7 @@ from typing import Any, Protocol
 
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
+from taskslam.processes.patience import Patience
 from taskslam.slam.base import InvalidOutputError, StalledError
 
 SAME = 1_000  # ns: nodes that keep a stamp as a double of seconds lose the last digits
@@ -174,24 +175,22 @@ class Lockstep:
         self._wire.clock(now)
 
     def _wait_for(self, bears: int, following: int) -> Answer | None:
-        rules, looked = self._rules, self._wall()
-        waited = since = 0.0  # s; since: when the clock was last moved, or the node last seen at work
-        worked = self._wire.worked()
+        rules = self._rules
+        patience = Patience(rules.longest_s, _LONGEST_LOOK_S, self._wall)
+        since, worked = 0.0, self._wire.worked()  # since: when the clock was last moved, or the node last seen at work
         while True:
             heard = [answer for answer in self._wire.hear(rules.every_s) if self._take(answer, bears)]
             if heard:
                 return heard[0]
-            now = self._wall()
-            waited += min(now - looked, _LONGEST_LOOK_S)
-            looked = now
+            left = patience.look()
             if self.tick(following):
-                worked, since = self._wire.worked(), waited
-            elif self._may_be_silent and (lull := waited - since) >= rules.quiet_s:
+                worked, since = self._wire.worked(), patience.waited
+            elif self._may_be_silent and (lull := patience.waited - since) >= rules.quiet_s:
                 work = self._wire.worked()
                 if work - worked <= _QUIET_SHARE * lull:
                     return None
-                worked, since = work, waited
-            if waited >= rules.longest_s:
+                worked, since = work, patience.waited
+            if not left:
                 return None
 
     def _take(self, answer: Answer, awaited: int) -> bool:

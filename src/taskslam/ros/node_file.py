@@ -86,6 +86,16 @@ class Extrinsic(_Part):
     what: Literal["xyz", "rotation", "matrix", "rows"]
 
 
+class Intrinsic(_Part):
+    """A parameter that says what a camera without distortion is, worked out from the robot.
+
+    of: the sensor. what: `pinhole` (fx, fy, cx, cy, pixels) or `resolution` (width, height).
+    """
+
+    of: Literal["stereo_images", "rgbd_images"] = "stereo_images"
+    what: Literal["pinhole", "resolution"]
+
+
 class Needs(_Part):
     """What the node needs beyond the wall around a method, printed beside its results.
 
@@ -102,13 +112,12 @@ class NodeFile(_Part):
 
     name: of the node and of the method. ros: its version. command: how it is started, without a shell. setup: a script
     that is sourced before (bash). environment: variables. parameters: a name that begins with a slash is the whole
-    name, any other is the node's own; the type is that of the value (1 is an int, 1.0 a double). extrinsics: parameters
-    that are worked out from the robot. remaps: as in `from:=to`. sensors: what the node is told. awaits: the sensor
-    whose frames it answers. topics: names of ours that shall be others. frames: the same for frames. mounts: sensors
-    that shall be told to sit elsewhere in the base than they do. answers: whether to every frame or, sparse, where it
-    sees fit; silent_start: so many frames at the start of a life may have no answer, of a node that answers every later
-    one. reset: `restart`, a fresh process for every life, or a service without a request that is called besides, before
-    the first measurement. tick_ms: of the clock while it is
+    name, any other is the node's own; the type is that of the value (1 is an int, 1.0 a double). extrinsics and
+    intrinsics: parameters that are worked out from the robot. remaps: as in `from:=to`. sensors: what the node is told.
+    awaits: the sensor whose frames it answers. topics: names of ours that shall be others. frames: the same for frames.
+    answers: whether to every frame or, sparse, where it sees fit; silent_start: so many frames at the start of a life
+    may have no answer, of a node that answers every later one. reset: `restart`, a fresh process for every life, or a
+    service without a request that is called besides, before the first measurement. tick_ms: of the clock while it is
     waited for. patience: s on the wall's clock for one answer, a long time; in_a_row: so many frames without an answer
     end a node that answers every frame. start: s on the wall's clock until it must be connected. repeats: whether the
     same input gives the same poses. still_start, latency, queue: as on any method's card. source: how to get it.
@@ -121,6 +130,7 @@ class NodeFile(_Part):
     environment: dict[Name, str] = {}
     parameters: dict[Text, Any] = {}
     extrinsics: dict[Text, Extrinsic] = {}
+    intrinsics: dict[Text, Intrinsic] = {}
     remaps: dict[Text, Text] = {}
     sensors: Annotated[tuple[str, ...], Field(min_length=1, description="what the node is told, as [laser_scan]")]
     awaits: str | None = None

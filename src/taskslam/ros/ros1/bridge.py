@@ -185,8 +185,8 @@ class Bridge:
         file = self._file
         self._master.parameters.set("/use_sim_time", True)
         given: dict[str, Any] = {name: self._beside(value) for name, value in file.parameters.items()}
-        for name, wanted in file.extrinsics.items():
-            given[name] = self._encoder.extrinsic(wanted)
+        given |= {name: self._encoder.extrinsic(wanted) for name, wanted in file.extrinsics.items()}
+        given |= {name: self._encoder.intrinsic(wanted) for name, wanted in file.intrinsics.items()}
         for name, value in given.items():
             whole = name if name.startswith("/") else self._space + name
             self._given.append(whole)
