@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from taskslam.datasets.bag_access import ros_types
 from taskslam.errors import InputError
 from taskslam.geometry import SE2, invert_se3
-from taskslam.measurements import NANOSECONDS, LaserScan, WheelOdometry
+from taskslam.measurements import NANOSECONDS, LaserScan, PointCloud, WheelOdometry
 from taskslam.robot import load_robot
 from taskslam.ros.encoding import EPOCH, NodeEncoder, Odometer, PoseReader, stamp_of, unknown_frames
 from taskslam.ros.node_file import Answer, Extrinsic, Intrinsic
@@ -117,6 +117,20 @@ def test_stamps_begin_where_ros_knows_time_and_frames_bear_the_nodes_names():
     assert (said.stamp, said.bears, stamp_of(scan)) == (0, -2_000_000, -2_000_000)
     ((_, odometry),) = encoder(base_footprint="base_link").utterance(WheelOdometry(7, SE2(), 0.0, 0.0)).messages
     assert odometry.child_frame_id == "base_link"
+
+
+@pytest.mark.parametrize(
+    ("clouds_from", "stamp", "times"), [("first", -90, [0.0, 0.03, 0.09]), ("last", 0, [-0.09, -0.06, 0.0])]
+)
+def test_a_cloud_is_stamped_with_its_first_or_its_last_firing(clouds_from, stamp, times):
+    ms = 1_000_000
+    ages = np.array([-90, -60, 0], np.int32) * ms
+    cloud = PointCloud(STAMP, np.ones((3, 3), np.float32), np.zeros(3, np.uint16), ages)
+    said = NodeEncoder(STORE, RIG, {}, clouds_from).utterance(cloud)
+    ((_, message),) = said.messages
+    assert (said.stamp, said.bears) == (STAMP, STAMP + stamp * ms)
+    told = np.frombuffer(message.data.tobytes(), np.dtype([("xyz", "<f4", 3), ("ring", "<u2"), ("time", "<f4")]))
+    np.testing.assert_allclose(told["time"], times, atol=1e-7)
 
 
 def test_an_intrinsic_says_what_the_published_camera_is():

@@ -115,6 +115,8 @@ def test_transforms_then_clock_then_sensor(drive, delays):
 
 @given(DRIVES, DELAYS, st.lists(st.integers(-50 * MS, -2 * SAME), max_size=2))
 def test_an_answer_belongs_to_the_frame_whose_stamp_it_bears(drive, delays, misstamped):
+    """With instant frames: what is stamped between them belongs to none."""
+    drive = [frame(saying.stamp) if saying.messages else saying for saying in drive]
     wire = Recorder(delays, misstamped)
     step = begun(wire)
     answers = [(saying, feed(step, saying)) for saying in drive if saying.messages or feed(step, saying)]
@@ -125,6 +127,20 @@ def test_an_answer_belongs_to_the_frame_whose_stamp_it_bears(drive, delays, miss
     assert counts.answered == sum(answer is not None for _, answer in answers)
     assert counts.late <= counts.missing
     assert counts.unmatched == len(misstamped) * (counts.answered + counts.late)
+
+
+@given(st.lists(st.integers(0, 90 * MS), min_size=1, max_size=8), st.floats(0, 1))
+def test_an_answer_may_be_stamped_anywhere_in_the_sweep_of_its_frame(sweeps, share):
+    """As a node does that carries its pose to the last point that it kept."""
+    wire = Recorder([])
+    step = begun(wire)
+    for index, sweep in enumerate(sweeps):
+        bears = index * PERIOD - sweep
+        stamp = bears + round(share * sweep)
+        wire.say = lambda saying: None
+        wire.hear = lambda longest_s, stamp=stamp: [Answer(stamp, POSE)]
+        assert feed(step, frame(index * PERIOD, bears)).stamp == stamp
+    assert (step.counts.answered, step.counts.unmatched) == (len(sweeps), 0)
 
 
 @given(DELAYS)

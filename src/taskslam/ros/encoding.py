@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from taskslam.datasets.bag_sensor import frames_of, messages_of
 from taskslam.datasets.ros_encoding import BASE, MAP, ODOM, RosEncoder
 from taskslam.errors import DatasetError, InputError, did_you_mean
 from taskslam.geometry import SE2, FloatArray, invert_se3
-from taskslam.measurements import NANOSECONDS, Measurement, WheelOdometry
+from taskslam.measurements import NANOSECONDS, Measurement, PointCloud, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.ros.lockstep import Answer as Said
 from taskslam.ros.node_file import Answer, Extrinsic, Intrinsic
@@ -40,9 +40,10 @@ class Utterance:
 class NodeEncoder(RosEncoder):
     """Builds a node's messages: frames by the names that it has for them, stamps on its clock."""
 
-    def __init__(self, store: Typestore, rig: SensorRig, frames: Mapping[str, str]) -> None:
+    def __init__(self, store: Typestore, rig: SensorRig, frames: Mapping[str, str], clouds_from: str = "last") -> None:
         super().__init__(store)
         self._rig, self._frames = rig, frames
+        self._from_the_first = clouds_from == "first"
         self.mounted = dict(frames_of(rig))
         known = [BASE, ODOM, MAP, *self.mounted]
         for frame in frames:
@@ -62,7 +63,11 @@ class NodeEncoder(RosEncoder):
 
     def utterance(self, measurement: Measurement) -> Utterance:
         """All messages of a measurement, by our topics."""
-        messages = tuple((topic, message) for topic, _, message in messages_of(self, self._rig, measurement))
+        told = measurement
+        if self._from_the_first and isinstance(measurement, PointCloud):
+            first = int(measurement.time_offset.min(initial=0))
+            told = replace(measurement, stamp=measurement.stamp + first, time_offset=measurement.time_offset - first)
+        messages = tuple((topic, message) for topic, _, message in messages_of(self, self._rig, told))
         bears = stamp_of(messages[-1][1]) if messages else measurement.stamp
         return Utterance(measurement.stamp, bears, messages)
 

@@ -7,7 +7,8 @@ was learned with real nodes:
 - Transforms up to the stamp of a sensor's message come first, then the clock at that stamp, then the message.
 - While an answer is waited for, the clock goes on in small ticks, since a node may sleep in simulated time; it stays
   below the stamp of the next frame.
-- An answer belongs to the frame whose stamp it bears, whenever it comes. One of no frame is counted, and one of the
+- An answer belongs to the frame in whose sweep its stamp falls, from the stamp that the frame's message bears to the
+  instant at which it was complete (the same for most), whenever it comes. One of no frame is counted, and one of the
   future is none.
 - A frame without an answer is counted and passed over: after a long time on the wall's clock, so that a slow machine is
   no slow node, or, where a node may be silent, once it has nothing left to do. While we ourselves
@@ -127,8 +128,8 @@ class Lockstep:
         self._wire, self._rules, self._wall = wire, rules, wall
         self.now = start
         self.counts = Counts()
-        self._open: dict[int, None] = {}  # stamps of frames without an answer, oldest first
-        self._newest = _NEVER
+        self._open: dict[int, int] = {}  # frames without an answer, oldest first: the stamp they bear, and their end
+        self._newest = _NEVER  # end of a frame
         self._in_a_row = 0
         self._strayed: int | None = None  # how far the last answer of no frame was from the newest frame, ns
 
@@ -152,10 +153,10 @@ class Lockstep:
             InvalidOutputError: an answer of the future.
         """
         self._introduce(saying)
-        self._open[bears] = None
+        self._open[bears] = ends = max(bears, saying.stamp)
         while len(self._open) > _MOST_OPEN:
             del self._open[next(iter(self._open))]
-        self._newest = max(self._newest, bears)
+        self._newest = max(self._newest, ends)
         self.counts.frames += 1
         self._wire.say(saying)
         answer = self._wait_for(bears, following)
@@ -198,7 +199,8 @@ class Lockstep:
         if answer.stamp > self._newest + SAME:
             ahead = (answer.stamp - self._newest) / NANOSECONDS
             raise InvalidOutputError(f"a pose stamped {ahead:g} s after the newest frame that the node was given")
-        frame = next((stamp for stamp in reversed(self._open) if abs(stamp - answer.stamp) <= SAME), None)
+        open_ones = reversed(self._open.items())
+        frame = next((begin for begin, end in open_ones if begin - SAME <= answer.stamp <= end + SAME), None)
         if frame is None:
             self.counts.unmatched += 1
             self._strayed = answer.stamp - self._newest

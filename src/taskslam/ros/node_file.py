@@ -115,12 +115,14 @@ class NodeFile(_Part):
     name, any other is the node's own; the type is that of the value (1 is an int, 1.0 a double). extrinsics and
     intrinsics: parameters that are worked out from the robot. remaps: as in `from:=to`. sensors: what the node is told.
     awaits: the sensor whose frames it answers. topics: names of ours that shall be others. frames: the same for frames.
-    answers: whether to every frame or, sparse, where it sees fit; silent_start: so many frames at the start of a life
-    may have no answer, of a node that answers every later one. reset: `restart`, a fresh process for every life, or a
-    service without a request that is called besides, before the first measurement. tick_ms: of the clock while it is
-    waited for. patience: s on the wall's clock for one answer, a long time; in_a_row: so many frames without an answer
-    end a node that answers every frame. start: s on the wall's clock until it must be connected. repeats: whether the
-    same input gives the same poses. still_start, latency, queue: as on any method's card. source: how to get it.
+    clouds_from: with which firing a point cloud is stamped, and from which its points' times count; a node that
+    straightens turns wants the first, as the driver's timestamp_first_packet has it. answers: whether to every frame
+    or, sparse, where it sees fit; silent_start: so many frames at the start of a life may have no answer, of a node
+    that answers every later one. reset: `restart`, a fresh process for every life, or a service without a request that
+    is called besides, before the first measurement. tick_ms: of the clock while it is waited for. patience: s on the
+    wall's clock for one answer, a long time; in_a_row: so many frames without an answer end a node that answers every
+    frame. start: s on the wall's clock until it must be connected. repeats: whether the same input gives the same
+    poses. still_start, latency, queue: as on any method's card. source: how to get it.
     """
 
     name: Name
@@ -136,6 +138,7 @@ class NodeFile(_Part):
     awaits: str | None = None
     topics: dict[Topic, Topic] = {}
     frames: dict[Text, Text] = {}
+    clouds_from: Literal["first", "last"] = "last"
     answer: Annotated[Answer, Field(description="where its live pose is heard")]
     answers: Answers = Answers.EVERY_FRAME
     silent_start: Annotated[int, Field(ge=0)] = 0

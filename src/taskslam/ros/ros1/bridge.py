@@ -57,7 +57,7 @@ class Bridge:
         self._us = Node(_US, self._master.uri, node.patience)
         self._process: NodeProcess | None = None
         try:
-            self._encoder = NodeEncoder(self._us.store, rig, node.frames)
+            self._encoder = NodeEncoder(self._us.store, rig, node.frames, node.clouds_from)
             self._reader = PoseReader(node.answer, self._encoder, self.odometer)
             self._set_parameters()
             self._open_topics()
