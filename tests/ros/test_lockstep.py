@@ -210,7 +210,7 @@ def test_time_in_which_we_were_stopped_does_not_count(answers):
 
 def test_only_the_first_frames_may_be_silent():
     """Three are passed over once the node rests; the fourth is waited for as long as any, and two such end it."""
-    step = begun(wire := Recorder([None] * 5), silent_start=3, quiet_s=0.01, longest_s=5.0, in_a_row=2)
+    step = begun(wire := Recorder([None] * 5), silent_start=3 * PERIOD, quiet_s=0.01, longest_s=5.0, in_a_row=2)
     for index in range(3):
         feed(step, frame(index * PERIOD))
     assert wire.wall < 1.0

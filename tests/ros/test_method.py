@@ -291,7 +291,7 @@ def test_a_check_of_a_node_file_tells_what_may_be_wrong(write_node, rate_node, r
 
 
 def test_a_check_goes_on_after_the_frames_that_need_no_answer(write_node, rate_node, rig):
-    late = write_node(rate_node, parameters={"fault": "begins_late", "after": 4}, silent_start=4)
+    late = write_node(rate_node, parameters={"fault": "begins_late", "after": 4}, silent_start=0.4)
     found = check_node(str(late), rig, lambda *_: {})
     assert (found.frames, found.poses, found.passed) == (14, 10, True)
     assert not any("had no answer" in words for words in found.findings)

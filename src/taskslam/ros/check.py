@@ -5,6 +5,7 @@ It goes through the same host and behind the same wall as a run.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from taskslam.robot import SensorRig
 from taskslam.ros.lockstep import Answers
 from taskslam.ros.node_file import load_node
 from taskslam.ros.notes import FINDING
-from taskslam.sensors import fitted
+from taskslam.sensors import fitted, sensor_kind
 from taskslam.slam.cards import card_of
 from taskslam.slam.conformance.drive import BY_FORMULA, ConformanceDrive, Look
 from taskslam.slam.guest.failure import MethodFailedError
@@ -64,7 +65,8 @@ def check_node(reference: str, rig: SensorRig, make_looks: MakeLooks, limits: Li
     if missing := [sensor for sensor in card.sensors if sensor not in fitted(rig)]:
         raise InputError(f"{node.name} needs {', '.join(missing)}, which the robot has not")
     seen = [sensor for sensor in card.sensors if sensor not in BY_FORMULA]
-    wanted = node.silent_start + FRAMES
+    may_be_silent = math.ceil(node.silent_start * sensor_kind(node.awaited).part_of(rig).rate)
+    wanted = may_be_silent + FRAMES
     still = max(_STILL_S, card.needs_still_start)
     drive = ConformanceDrive(rig, still, sensors=card.sensors, looks=make_looks(rig, seen) if seen else None)
     with Scratch("check") as scratch:
@@ -86,8 +88,8 @@ def check_node(reference: str, rig: SensorRig, make_looks: MakeLooks, limits: Li
             failure = str(error)
         findings = list(_findings(log))
     silent = len(wall_ms) - poses
-    if not failure and node.answers is Answers.EVERY_FRAME and silent > node.silent_start:
-        hint = "answers: sparse, or silent_start: with how many frames at the start may have none"
+    if not failure and node.answers is Answers.EVERY_FRAME and silent > may_be_silent:
+        hint = "answers: sparse, or silent_start: for how many seconds at its start"
         findings.insert(0, f"{silent} frames had no answer; a node that may be silent says {hint}")
     return NodeCheck(len(wall_ms), poses, tuple(wall_ms), failure or host.stop_failure, tuple(findings))
 

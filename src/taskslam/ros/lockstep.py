@@ -46,7 +46,7 @@ class Answers(StrEnum):
 class Rules:
     """How a node is waited for.
 
-    silent_start: so many frames at the start of a life may have no answer, though every later one has.
+    silent_start: ns from the first frame of a life in which frames may have no answer, though every later one has.
     tick: ns of simulated time, and every_s: s on the wall's clock from one tick to the next. longest_s: on the wall's
     clock for one answer. in_a_row: so many frames without an answer end it, where every frame has one. quiet_s: with
     next to no work for so long after the last tick, a node that may be silent has nothing to say.
@@ -130,6 +130,7 @@ class Lockstep:
         self.counts = Counts()
         self._open: dict[int, int] = {}  # frames without an answer, oldest first: the stamp they bear, and their end
         self._newest = _NEVER  # end of a frame
+        self._first: int | None = None  # the same
         self._in_a_row = 0
         self._strayed: int | None = None  # how far the last answer of no frame was from the newest frame, ns
 
@@ -157,6 +158,8 @@ class Lockstep:
         while len(self._open) > _MOST_OPEN:
             del self._open[next(iter(self._open))]
         self._newest = max(self._newest, ends)
+        if self._first is None:
+            self._first = ends
         self.counts.frames += 1
         self._wire.say(saying)
         answer = self._wait_for(bears, following)
@@ -215,7 +218,8 @@ class Lockstep:
     @property
     def _may_be_silent(self) -> bool:
         """Whether the frame that was said last need not be answered."""
-        return self._rules.answers is Answers.SPARSE or self.counts.frames <= self._rules.silent_start
+        begun = self._newest if self._first is None else self._first
+        return self._rules.answers is Answers.SPARSE or self._newest < begun + self._rules.silent_start
 
     def _missed(self) -> None:
         self.counts.missing += 1

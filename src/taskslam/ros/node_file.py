@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator,
 
 from taskslam.errors import InputError, did_you_mean
 from taskslam.field_types import NonNegative, Positive
-from taskslam.measurements import Sensor
+from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.ros.lockstep import Answers, Rules
 from taskslam.sensors import sensor_kind
 from taskslam.slam.base import Kind, MapMode, MethodCard
@@ -117,8 +117,8 @@ class NodeFile(_Part):
     awaits: the sensor whose frames it answers. topics: names of ours that shall be others. frames: the same for frames.
     clouds_from: with which firing a point cloud is stamped, and from which its points' times count; a node that
     straightens turns wants the first, as the driver's timestamp_first_packet has it. answers: whether to every frame
-    or, sparse, where it sees fit; silent_start: so many frames at the start of a life may have no answer, of a node
-    that answers every later one. reset: `restart`, a fresh process for every life, or a service without a request that
+    or, sparse, where it sees fit; silent_start: s from the first frame of a life in which it may be silent, though it
+    answers every later frame. reset: `restart`, a fresh process for every life, or a service without a request that
     is called besides, before the first measurement. tick_ms: of the clock while it is waited for. patience: s on the
     wall's clock for one answer, a long time; in_a_row: so many frames without an answer end a node that answers every
     frame. start: s on the wall's clock until it must be connected. repeats: whether the same input gives the same
@@ -141,7 +141,7 @@ class NodeFile(_Part):
     clouds_from: Literal["first", "last"] = "last"
     answer: Annotated[Answer, Field(description="where its live pose is heard")]
     answers: Answers = Answers.EVERY_FRAME
-    silent_start: Annotated[int, Field(ge=0)] = 0
+    silent_start: NonNegative = 0.0
     reset: Literal["restart"] | Topic = "restart"
     tick_ms: Positive = 2.0
     patience: Positive = 10.0
@@ -200,8 +200,8 @@ class NodeFile(_Part):
     @property
     def rules(self) -> Rules:
         """How it is waited for."""
-        tick = round(self.tick_ms * _MILLISECOND)
-        return Rules(self.answers, self.silent_start, tick, longest_s=self.patience, in_a_row=self.in_a_row)
+        tick, silent = round(self.tick_ms * _MILLISECOND), round(self.silent_start * NANOSECONDS)
+        return Rules(self.answers, silent, tick, longest_s=self.patience, in_a_row=self.in_a_row)
 
     @property
     def arguments(self) -> list[str]:
