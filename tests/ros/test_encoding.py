@@ -120,16 +120,18 @@ def test_stamps_begin_where_ros_knows_time_and_frames_bear_the_nodes_names():
 
 
 @pytest.mark.parametrize(
-    ("clouds_from", "stamp", "times"), [("first", -90, [0.0, 0.03, 0.09]), ("last", 0, [-0.09, -0.06, 0.0])]
+    ("clouds_from", "stamp", "rings", "times"),
+    [("first", -90, [0, 1, 0, 1], [0.0, 0.03, 0.09, 0.09]), ("last", 0, [0, 0, 1, 1], [-0.09, 0.0, -0.06, 0.0])],
 )
-def test_a_cloud_is_stamped_with_its_first_or_its_last_firing(clouds_from, stamp, times):
+def test_a_cloud_begins_with_its_first_firing_or_is_told_ring_by_ring(clouds_from, stamp, rings, times):
     ms = 1_000_000
-    ages = np.array([-90, -60, 0], np.int32) * ms
-    cloud = PointCloud(STAMP, np.ones((3, 3), np.float32), np.zeros(3, np.uint16), ages)
+    ages = np.array([-90, 0, -60, 0], np.int32) * ms
+    cloud = PointCloud(STAMP, np.ones((4, 3), np.float32), np.array([0, 0, 1, 1], np.uint16), ages)
     said = NodeEncoder(STORE, RIG, {}, clouds_from).utterance(cloud)
     ((_, message),) = said.messages
     assert (said.stamp, said.bears) == (STAMP, STAMP + stamp * ms)
     told = np.frombuffer(message.data.tobytes(), np.dtype([("xyz", "<f4", 3), ("ring", "<u2"), ("time", "<f4")]))
+    assert told["ring"].tolist() == rings
     np.testing.assert_allclose(told["time"], times, atol=1e-7)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -65,8 +65,7 @@ class NodeEncoder(RosEncoder):
         """All messages of a measurement, by our topics."""
         told = measurement
         if self._from_the_first and isinstance(measurement, PointCloud):
-            first = int(measurement.time_offset.min(initial=0))
-            told = replace(measurement, stamp=measurement.stamp + first, time_offset=measurement.time_offset - first)
+            told = _as_fired(measurement)
         messages = tuple((topic, message) for topic, _, message in messages_of(self, self._rig, told))
         bears = stamp_of(messages[-1][1]) if messages else measurement.stamp
         return Utterance(measurement.stamp, bears, messages)
@@ -201,6 +200,15 @@ def unknown_frames(parameters: Mapping[str, Any], known: Collection[str]) -> Ite
         if name.endswith(("frame", "frame_id")) and isinstance(value, str) and value.lstrip("/") not in known:
             hint = did_you_mean(value, known)
             yield f"the parameter {name} names the frame '{value}'; it is told of {', '.join(sorted(known))}.{hint}"
+
+
+def _as_fired(cloud: PointCloud) -> PointCloud:
+    """A cloud in the order of firing, stamped with its first, as drivers give it to nodes that straighten turns."""
+    order = np.argsort(cloud.time_offset, kind="stable")
+    first = int(cloud.time_offset.min(initial=0))
+    return PointCloud(
+        cloud.stamp + first, cloud.points[order], cloud.ring[order], cloud.time_offset[order] - np.int32(first)
+    )
 
 
 def _pose_in(message: Any) -> tuple[Any, FloatArray | None]:

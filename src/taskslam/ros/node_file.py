@@ -115,14 +115,14 @@ class NodeFile(_Part):
     name, any other is the node's own; the type is that of the value (1 is an int, 1.0 a double). extrinsics and
     intrinsics: parameters that are worked out from the robot. remaps: as in `from:=to`. sensors: what the node is told.
     awaits: the sensor whose frames it answers. topics: names of ours that shall be others. frames: the same for frames.
-    clouds_from: with which firing a point cloud is stamped, and from which its points' times count; a node that
-    straightens turns wants the first, as the driver's timestamp_first_packet has it. answers: whether to every frame
-    or, sparse, where it sees fit; silent_start: s from the first frame of a life in which it may be silent, though it
-    answers every later frame. reset: `restart`, a fresh process for every life, or a service without a request that
-    is called besides, before the first measurement. tick_ms: of the clock while it is waited for. patience: s on the
-    wall's clock for one answer, a long time; in_a_row: so many frames without an answer end a node that answers every
-    frame. start: s on the wall's clock until it must be connected. repeats: whether the same input gives the same
-    poses. still_start, latency, queue: as on any method's card. source: how to get it.
+    clouds_from: the firing with which a point cloud is stamped and from which its points' times count; `first`, which
+    nodes that straighten turns want, also gives the points in the order of firing, as drivers do. answers: whether to
+    every frame or, sparse, where it sees fit; silent_start: s from the first frame of a life in which it may be silent,
+    though it answers every later frame. reset: `restart`, a fresh process for every life, or a service without a
+    request that is called besides, before the first measurement. tick_ms: of the clock while it is waited for.
+    patience: s on the wall's clock for one answer, a long time; in_a_row: so many frames without an answer end a node
+    that answers every frame. start: s on the wall's clock until it must be connected. repeats: whether the same input
+    gives the same poses. still_start, latency, queue: as on any method's card. source: how to get it.
     """
 
     name: Name
