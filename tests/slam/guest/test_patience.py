@@ -12,9 +12,9 @@ from taskslam.processes.patience import Patience
 WAITS = """
 import sys, time
 from taskslam.processes.patience import Patience
-patience = Patience(2.0, 0.2)
-print("waiting", flush=True)
 began = time.monotonic()
+patience = Patience(1.0, 0.1)
+print("waiting", flush=True)
 while patience.look():
     time.sleep(0.01)
 print(time.monotonic() - began)
@@ -45,6 +45,6 @@ def test_a_process_that_is_stopped_meanwhile_waits_its_time_all_the_same():
         waiting.stdout.readline()
         os.kill(waiting.pid, signal.SIGSTOP)
         with pytest.raises(subprocess.TimeoutExpired):
-            waiting.wait(2.5)
+            waiting.wait(1.5)
         os.kill(waiting.pid, signal.SIGCONT)
-        assert float(waiting.communicate(timeout=30)[0]) > 2.5 + 1.5
+        assert float(waiting.communicate(timeout=30)[0]) > 1.5 + 0.8

@@ -61,10 +61,10 @@ class Publication:
 
         Raises SlowSubscriberError: one of them has read nothing for so long that no more fits.
         """
-        content = self._store.serialize_ros1(message, self._name)
+        content = bytes(self._store.serialize_ros1(message, self._name))
         with self._lock:
             if self._numbered:
-                content = _SEQUENCE.pack(self._count & 0xFFFFFFFF) + bytes(content[_SEQUENCE.size :])
+                content = _SEQUENCE.pack(self._count & 0xFFFFFFFF) + content[_SEQUENCE.size :]
                 self._count += 1
             data = tcpros.framed(content)
             if self._latch:
