@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from taskslam.datasets.bag_access import ros_types
 from taskslam.errors import InputError
 from taskslam.geometry import SE2, invert_se3
-from taskslam.measurements import NANOSECONDS, LaserScan, WheelOdometry
+from taskslam.measurements import NANOSECONDS, LaserScan, PointCloud, WheelOdometry
 from taskslam.robot import load_robot
 from taskslam.ros.encoding import EPOCH, NodeEncoder, Odometer, PoseReader, stamp_of, unknown_frames
-from taskslam.ros.node_file import Answer, Extrinsic
+from taskslam.ros.node_file import Answer, Extrinsic, Intrinsic
 from taskslam.slam.base import InvalidOutputError
 
 RIG = load_robot("turtlebot2").rig
@@ -117,6 +117,31 @@ def test_stamps_begin_where_ros_knows_time_and_frames_bear_the_nodes_names():
     assert (said.stamp, said.bears, stamp_of(scan)) == (0, -2_000_000, -2_000_000)
     ((_, odometry),) = encoder(base_footprint="base_link").utterance(WheelOdometry(7, SE2(), 0.0, 0.0)).messages
     assert odometry.child_frame_id == "base_link"
+
+
+@pytest.mark.parametrize(
+    ("clouds_from", "stamp", "rings", "times"),
+    [("first", -90, [0, 1, 0, 1], [0.0, 0.03, 0.09, 0.09]), ("last", 0, [0, 0, 1, 1], [-0.09, 0.0, -0.06, 0.0])],
+)
+def test_a_cloud_begins_with_its_first_firing_or_is_told_ring_by_ring(clouds_from, stamp, rings, times):
+    ms = 1_000_000
+    ages = np.array([-90, 0, -60, 0], np.int32) * ms
+    cloud = PointCloud(STAMP, np.ones((4, 3), np.float32), np.array([0, 0, 1, 1], np.uint16), ages)
+    said = NodeEncoder(STORE, RIG, {}, clouds_from).utterance(cloud)
+    ((_, message),) = said.messages
+    assert (said.stamp, said.bears) == (STAMP, STAMP + stamp * ms)
+    told = np.frombuffer(message.data.tobytes(), np.dtype([("xyz", "<f4", 3), ("ring", "<u2"), ("time", "<f4")]))
+    assert told["ring"].tolist() == rings
+    np.testing.assert_allclose(told["time"], times, atol=1e-7)
+
+
+def test_an_intrinsic_says_what_the_published_camera_is():
+    fx, fy, cx, cy = encoder().intrinsic(Intrinsic(what="pinhole"))
+    assert (fx, fy) == pytest.approx((360.06528871, 360.06528871), abs=1e-6)  # as the authors' settings have it
+    assert (cx, cy) == (376.0, 240.0)
+    assert encoder().intrinsic(Intrinsic(what="resolution")) == [752, 480]
+    with pytest.raises(InputError, match=r"the robot has no .*whose pinhole the node is to be told"):
+        encoder().intrinsic(Intrinsic(of="rgbd_images", what="pinhole"))
 
 
 def test_an_extrinsic_says_where_one_frame_lies_in_another():

@@ -115,6 +115,8 @@ def test_transforms_then_clock_then_sensor(drive, delays):
 
 @given(DRIVES, DELAYS, st.lists(st.integers(-50 * MS, -2 * SAME), max_size=2))
 def test_an_answer_belongs_to_the_frame_whose_stamp_it_bears(drive, delays, misstamped):
+    """With instant frames: what is stamped between them belongs to none."""
+    drive = [frame(saying.stamp) if saying.messages else saying for saying in drive]
     wire = Recorder(delays, misstamped)
     step = begun(wire)
     answers = [(saying, feed(step, saying)) for saying in drive if saying.messages or feed(step, saying)]
@@ -125,6 +127,20 @@ def test_an_answer_belongs_to_the_frame_whose_stamp_it_bears(drive, delays, miss
     assert counts.answered == sum(answer is not None for _, answer in answers)
     assert counts.late <= counts.missing
     assert counts.unmatched == len(misstamped) * (counts.answered + counts.late)
+
+
+@given(st.lists(st.integers(0, 90 * MS), min_size=1, max_size=8), st.floats(0, 1))
+def test_an_answer_may_be_stamped_anywhere_in_the_sweep_of_its_frame(sweeps, share):
+    """As a node does that carries its pose to the last point that it kept."""
+    wire = Recorder([])
+    step = begun(wire)
+    for index, sweep in enumerate(sweeps):
+        bears = index * PERIOD - sweep
+        stamp = bears + round(share * sweep)
+        wire.say = lambda saying: None
+        wire.hear = lambda longest_s, stamp=stamp: [Answer(stamp, POSE)]
+        assert feed(step, frame(index * PERIOD, bears)).stamp == stamp
+    assert (step.counts.answered, step.counts.unmatched) == (len(sweeps), 0)
 
 
 @given(DELAYS)
@@ -173,6 +189,35 @@ def test_a_sparse_node_is_done_once_it_rests_after_the_last_tick():
     assert feed(step, frame(PERIOD)) is None
     assert step.counts.missing == 1
     assert 0.06 + 0.02 <= wire.wall < 0.2
+
+
+@pytest.mark.parametrize("answers", list(Answers))
+def test_time_in_which_we_were_stopped_does_not_count(answers):
+    """Suspended with the node for an hour, between two looks: its answer still counts."""
+    wire = Recorder([60])
+    plain = wire.hear
+
+    def hear(longest_s):
+        if wire.wall and wire.wall < 3600.0:
+            wire.wall += 3600.0
+        return plain(longest_s)
+
+    wire.hear = hear
+    step = begun(wire, tick=90 * MS, answers=answers, quiet_s=0.12, longest_s=0.15)
+    assert feed(step, frame(PERIOD)) is not None
+    assert wire.wall > 3600.0
+
+
+def test_only_the_first_frames_may_be_silent():
+    """Three are passed over once the node rests; the fourth is waited for as long as any, and two such end it."""
+    step = begun(wire := Recorder([None] * 5), silent_start=3 * PERIOD, quiet_s=0.01, longest_s=5.0, in_a_row=2)
+    for index in range(3):
+        feed(step, frame(index * PERIOD))
+    assert wire.wall < 1.0
+    feed(step, frame(3 * PERIOD))
+    assert wire.wall > 5.0
+    with pytest.raises(StalledError, match=r"not answered 2 frames in a row .*5 missing"):
+        feed(step, frame(4 * PERIOD))
 
 
 def test_a_sparse_node_is_never_given_up():

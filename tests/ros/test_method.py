@@ -251,10 +251,20 @@ def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write_nod
 
 
 def test_a_check_of_a_node_file_tells_what_may_be_wrong(write_node, rate_node, rig):
-    found = check_node(str(write_node(rate_node, parameters={"ratte": 5.0})), rig, lambda *_: {})
+    spelled_wrong = write_node(rate_node, parameters={"ratte": 5.0, "/common/topics": 7}, latency=0.05)
+    found = check_node(str(spelled_wrong), rig, lambda *_: {})
     assert found.passed
     assert (found.frames, found.poses, len(found.wall_ms)) == (10, 10, 10)
     assert "no node asked for the parameter /rate_node/ratte. Did you mean '/rate_node/rate'?" in found.findings
+    assert any(words.startswith("no node asked for the parameter /common/topics") for words in found.findings)
+    assert not any("/rate_node/heard" in words for words in found.findings)  # the node's own
+
+
+def test_a_check_goes_on_after_the_frames_that_need_no_answer(write_node, rate_node, rig):
+    late = write_node(rate_node, parameters={"fault": "begins_late", "after": 4}, silent_start=0.4)
+    found = check_node(str(late), rig, lambda *_: {})
+    assert (found.frames, found.poses, found.passed) == (14, 10, True)
+    assert not any("had no answer" in words for words in found.findings)
 
 
 def test_a_check_of_a_node_that_dies_quotes_it(write_node, rate_node, rig):

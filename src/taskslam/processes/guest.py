@@ -23,6 +23,7 @@ from taskslam.errors import DiskFullError, HostFailedError
 from taskslam.printable import one_line
 from taskslam.processes import compiled_cache
 from taskslam.processes.confine import hide_this_process
+from taskslam.processes.patience import Patience
 from taskslam.processes.scratch import Scratch
 from taskslam.processes.supervisor import REPORT
 from taskslam.processes.tree import Tree
@@ -231,17 +232,16 @@ class GuestProcess:
             data.clear()
         self._thaw()
 
-    def exchange(self, data: bytearray, timeout_s: float) -> bytes | None:
-        """Write `data` and wait for a reply: its bytes, empty once the child is dead, None after `timeout_s`."""
-        deadline = time.monotonic() + timeout_s
+    def exchange(self, data: bytearray, patience: Patience) -> bytes | None:
+        """Write `data` and wait for a reply: its bytes, empty once the child is dead, None once patience is over."""
         while True:
             self.write(data)
             with contextlib.suppress(BlockingIOError):
                 return os.read(self._ends.reply, _PIPE_SIZE)
             if self._supervisor.poll() is not None:
                 return b""
-            remaining = deadline - time.monotonic()
-            if remaining <= 0:
+            remaining = patience.look()
+            if not remaining:
                 return None
             poller = select.poll()
             poller.register(self._ends.reply, select.POLLIN)

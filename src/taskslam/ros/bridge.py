@@ -53,7 +53,7 @@ class Bridge(ABC):
         self._process: NodeProcess | None = None
         self.warnings: list[str] = []
         self.odometer = Odometer()
-        self._encoder = NodeEncoder(store, rig, node.frames)
+        self._encoder = NodeEncoder(store, rig, node.frames, node.clouds_from)
         self._reader = PoseReader(node.answer, self._encoder, self.odometer)
         self._inbox: queue.SimpleQueue[tuple[str, bytes | bytearray]] = queue.SimpleQueue()
         self._speakers: set[str] = set()
@@ -206,9 +206,10 @@ class Bridge(ABC):
         return short.replace("/", "/msg/") if short else TF_TYPE
 
     def _given(self) -> dict[str, Any]:
-        """All parameters by the file's names, extrinsics worked out."""
+        """All parameters by the file's names, those of the robot worked out."""
         given: dict[str, Any] = {name: self._beside(value) for name, value in self._file.parameters.items()}
-        return given | {name: self._encoder.extrinsic(wanted) for name, wanted in self._file.extrinsics.items()}
+        given |= {name: self._encoder.extrinsic(wanted) for name, wanted in self._file.extrinsics.items()}
+        return given | {name: self._encoder.intrinsic(wanted) for name, wanted in self._file.intrinsics.items()}
 
     def _beside(self, value: Any) -> Any:
         match value:

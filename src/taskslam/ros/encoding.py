@@ -15,10 +15,11 @@ from taskslam.datasets.bag_sensor import frames_of, messages_of
 from taskslam.datasets.ros_encoding import BASE, MAP, ODOM, RosEncoder
 from taskslam.errors import DatasetError, InputError, did_you_mean
 from taskslam.geometry import SE2, FloatArray, invert_se3
-from taskslam.measurements import NANOSECONDS, Measurement, WheelOdometry
+from taskslam.measurements import NANOSECONDS, Measurement, PointCloud, WheelOdometry
 from taskslam.robot import SensorRig
 from taskslam.ros.lockstep import Answer as Said
-from taskslam.ros.node_file import Answer, Extrinsic
+from taskslam.ros.node_file import Answer, Extrinsic, Intrinsic
+from taskslam.sensors import sensor_kind
 from taskslam.slam.base import InvalidOutputError
 
 EPOCH = 1_000 * NANOSECONDS
@@ -39,9 +40,10 @@ class Utterance:
 class NodeEncoder(RosEncoder):
     """Builds a node's messages: frames by the names that it has for them, stamps on its clock."""
 
-    def __init__(self, store: Typestore, rig: SensorRig, frames: Mapping[str, str]) -> None:
+    def __init__(self, store: Typestore, rig: SensorRig, frames: Mapping[str, str], clouds_from: str = "last") -> None:
         super().__init__(store)
         self._rig, self._frames = rig, frames
+        self._from_the_first = clouds_from == "first"
         self.mounted = dict(frames_of(rig))
         known = [BASE, ODOM, MAP, *self.mounted]
         for frame in frames:
@@ -61,7 +63,10 @@ class NodeEncoder(RosEncoder):
 
     def utterance(self, measurement: Measurement) -> Utterance:
         """All messages of a measurement, by our topics."""
-        messages = tuple((topic, message) for topic, _, message in messages_of(self, self._rig, measurement))
+        told = measurement
+        if self._from_the_first and isinstance(measurement, PointCloud):
+            told = _as_fired(measurement)
+        messages = tuple((topic, message) for topic, _, message in messages_of(self, self._rig, told))
         bears = stamp_of(messages[-1][1]) if messages else measurement.stamp
         return Utterance(measurement.stamp, bears, messages)
 
@@ -91,6 +96,16 @@ class NodeEncoder(RosEncoder):
                 part = T
         listed: list[Any] = part.tolist()
         return listed
+
+    def intrinsic(self, wanted: Intrinsic) -> list[Any]:
+        """What a camera is, as a parameter. Raises InputError: the robot has no such camera."""
+        kind = sensor_kind(wanted.of)
+        camera = kind.part_of(self._rig)
+        if camera is None:
+            raise InputError(f"the robot has no {kind.words}, whose {wanted.what} the node is to be told")
+        if wanted.what == "resolution":
+            return [camera.width, camera.height]
+        return [camera.focal_length, camera.focal_length, *camera.center]
 
 
 class Odometer:
@@ -185,6 +200,15 @@ def unknown_frames(parameters: Mapping[str, Any], known: Collection[str]) -> Ite
         if name.endswith(("frame", "frame_id")) and isinstance(value, str) and value.lstrip("/") not in known:
             hint = did_you_mean(value, known)
             yield f"the parameter {name} names the frame '{value}'; it is told of {', '.join(sorted(known))}.{hint}"
+
+
+def _as_fired(cloud: PointCloud) -> PointCloud:
+    """A cloud in the order of firing, stamped with its first, as drivers give it to nodes that straighten turns."""
+    order = np.argsort(cloud.time_offset, kind="stable")
+    first = int(cloud.time_offset.min(initial=0))
+    return PointCloud(
+        cloud.stamp + first, cloud.points[order], cloud.ring[order], cloud.time_offset[order] - np.int32(first)
+    )
 
 
 def _pose_in(message: Any) -> tuple[Any, FloatArray | None]:

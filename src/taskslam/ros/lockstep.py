@@ -7,10 +7,12 @@ was learned with real nodes:
 - Transforms up to the stamp of a sensor's message come first, then the clock at that stamp, then the message.
 - While an answer is waited for, the clock goes on in small ticks, since a node may sleep in simulated time; it stays
   below the stamp of the next frame.
-- An answer belongs to the frame whose stamp it bears, whenever it comes. One of no frame is counted, and one of the
+- An answer belongs to the frame in whose sweep its stamp falls, from the stamp that the frame's message bears to the
+  instant at which it was complete (the same for most), whenever it comes. One of no frame is counted, and one of the
   future is none.
 - A frame without an answer is counted and passed over: after a long time on the wall's clock, so that a slow machine is
-  no slow node, or, with a node that need not answer every frame, once it has nothing left to do.
+  no slow node, or, where a node may be silent, once it has nothing left to do. While we ourselves
+  were stopped (a job that is suspended, a laptop that sleeps) no time has passed.
 """
 
 from __future__ import annotations
@@ -23,12 +25,14 @@ from typing import Any, Protocol
 
 from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
+from taskslam.processes.patience import Patience
 from taskslam.slam.base import InvalidOutputError, StalledError
 
 SAME = 1_000  # ns: nodes that keep a stamp as a double of seconds lose the last digits
 _MOST_OPEN = 1_000  # frames without an answer that are remembered
 _NEVER = -1
 _QUIET_SHARE = 0.1  # of one core: what looking for work costs a node that has none
+_LONGEST_LOOK_S = 0.05  # a look for answers that took longer found us stopped, and most likely the node too
 
 
 class Answers(StrEnum):
@@ -42,12 +46,14 @@ class Answers(StrEnum):
 class Rules:
     """How a node is waited for.
 
+    silent_start: ns from the first frame of a life in which frames may have no answer, though every later one has.
     tick: ns of simulated time, and every_s: s on the wall's clock from one tick to the next. longest_s: on the wall's
     clock for one answer. in_a_row: so many frames without an answer end it, where every frame has one. quiet_s: with
-    next to no work for so long after the last tick, a sparse node has nothing to say.
+    next to no work for so long after the last tick, a node that may be silent has nothing to say.
     """
 
     answers: Answers = Answers.EVERY_FRAME
+    silent_start: int = 0
     tick: int = 2_000_000
     every_s: float = 0.001
     longest_s: float = 10.0
@@ -122,8 +128,9 @@ class Lockstep:
         self._wire, self._rules, self._wall = wire, rules, wall
         self.now = start
         self.counts = Counts()
-        self._open: dict[int, None] = {}  # stamps of frames without an answer, oldest first
-        self._newest = _NEVER
+        self._open: dict[int, int] = {}  # frames without an answer, oldest first: the stamp they bear, and their end
+        self._newest = _NEVER  # end of a frame
+        self._first: int | None = None  # the same
         self._in_a_row = 0
         self._strayed: int | None = None  # how far the last answer of no frame was from the newest frame, ns
 
@@ -147,10 +154,12 @@ class Lockstep:
             InvalidOutputError: an answer of the future.
         """
         self._introduce(saying)
-        self._open[bears] = None
+        self._open[bears] = ends = max(bears, saying.stamp)
         while len(self._open) > _MOST_OPEN:
             del self._open[next(iter(self._open))]
-        self._newest = max(self._newest, bears)
+        self._newest = max(self._newest, ends)
+        if self._first is None:
+            self._first = ends
         self.counts.frames += 1
         self._wire.say(saying)
         answer = self._wait_for(bears, following)
@@ -170,21 +179,22 @@ class Lockstep:
         self._wire.clock(now)
 
     def _wait_for(self, bears: int, following: int) -> Answer | None:
-        rules, began = self._rules, self._wall()
-        worked, since = self._wire.worked(), began
+        rules = self._rules
+        patience = Patience(rules.longest_s, _LONGEST_LOOK_S, self._wall)
+        since, worked = 0.0, self._wire.worked()  # since: when the clock was last moved, or the node last seen at work
         while True:
             heard = [answer for answer in self._wire.hear(rules.every_s) if self._take(answer, bears)]
             if heard:
                 return heard[0]
-            looked = self._wall()
+            left = patience.look()
             if self.tick(following):
-                worked, since = self._wire.worked(), looked
-            elif rules.answers is Answers.SPARSE and (lull := looked - since) >= rules.quiet_s:
+                worked, since = self._wire.worked(), patience.waited
+            elif self._may_be_silent and (lull := patience.waited - since) >= rules.quiet_s:
                 work = self._wire.worked()
                 if work - worked <= _QUIET_SHARE * lull:
                     return None
-                worked, since = work, looked
-            if looked - began >= rules.longest_s:
+                worked, since = work, patience.waited
+            if not left:
                 return None
 
     def _take(self, answer: Answer, awaited: int) -> bool:
@@ -192,7 +202,8 @@ class Lockstep:
         if answer.stamp > self._newest + SAME:
             ahead = (answer.stamp - self._newest) / NANOSECONDS
             raise InvalidOutputError(f"a pose stamped {ahead:g} s after the newest frame that the node was given")
-        frame = next((stamp for stamp in reversed(self._open) if abs(stamp - answer.stamp) <= SAME), None)
+        open_ones = reversed(self._open.items())
+        frame = next((begin for begin, end in open_ones if begin - SAME <= answer.stamp <= end + SAME), None)
         if frame is None:
             self.counts.unmatched += 1
             self._strayed = answer.stamp - self._newest
@@ -204,10 +215,18 @@ class Lockstep:
         self.counts.answered += 1
         return True
 
+    @property
+    def _may_be_silent(self) -> bool:
+        """Whether the frame that was said last need not be answered."""
+        begun = self._newest if self._first is None else self._first
+        return self._rules.answers is Answers.SPARSE or self._newest < begun + self._rules.silent_start
+
     def _missed(self) -> None:
         self.counts.missing += 1
+        if self._may_be_silent:
+            return
         self._in_a_row += 1
-        if self._rules.answers is Answers.EVERY_FRAME and self._in_a_row >= self._rules.in_a_row:
+        if self._in_a_row >= self._rules.in_a_row:
             stray = ""
             if self._strayed is not None:
                 off = self._strayed / NANOSECONDS

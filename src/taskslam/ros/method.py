@@ -13,7 +13,7 @@ from taskslam.errors import InputError, did_you_mean
 from taskslam.measurements import NANOSECONDS, Measurement
 from taskslam.robot import SensorRig
 from taskslam.ros.bridge import WAITING_FROM, Bridge
-from taskslam.ros.lockstep import Lockstep
+from taskslam.ros.lockstep import SAME, Lockstep
 from taskslam.ros.node_file import NodeFile, load_node
 from taskslam.ros.notes import note
 from taskslam.sensors import sensor_kind
@@ -79,7 +79,8 @@ class RosNode(SlamMethod):
         answer = self._lockstep.frame(said, said.bears, measurement.stamp + self._period)
         if answer is None or said.bears < 0:  # the first ray of a scan at t = 0 was taken before it
             return None
-        return PoseEstimate(said.bears, answer.pose, Status.TRACKING, answer.covariance)
+        stamp = said.bears if abs(answer.stamp - said.bears) <= SAME else answer.stamp
+        return PoseEstimate(stamp, answer.pose, Status.TRACKING, answer.covariance)
 
     def processor_time(self) -> int:
         """Ours and the node's, ns."""

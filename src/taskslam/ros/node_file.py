@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, field_validator,
 
 from taskslam.errors import InputError, did_you_mean
 from taskslam.field_types import NonNegative, Positive
-from taskslam.measurements import Sensor
+from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.ros.lockstep import Answers, Rules
 from taskslam.ros.qos import Quality
 from taskslam.sensors import sensor_kind
@@ -91,6 +91,16 @@ class Extrinsic(_Part):
     what: Literal["xyz", "rotation", "matrix", "rows"]
 
 
+class Intrinsic(_Part):
+    """A parameter that says what a camera without distortion is, worked out from the robot.
+
+    of: the sensor. what: `pinhole` (fx, fy, cx, cy, pixels) or `resolution` (width, height).
+    """
+
+    of: Literal["stereo_images", "rgbd_images"] = "stereo_images"
+    what: Literal["pinhole", "resolution"]
+
+
 class Needs(_Part):
     """What the node needs beyond the wall around a method, printed beside its results.
 
@@ -108,14 +118,18 @@ class NodeFile(_Part):
     name: of the node and of the method. ros: its version. command: how it is started, without a shell. setup: a script
     that is sourced before (bash); the `python3` that it leaves speaks ROS 2 for us, and without it our own interpreter.
     environment: variables. parameters: the type is that of the value (1 is an int, 1.0 a double); for ROS 1, a name
-    that begins with a slash is the whole name, any other is the node's own. extrinsics: parameters that are worked out
-    from the robot. remaps: as in `from:=to`. sensors: what the node is told. awaits: the sensor whose frames it
-    answers. topics: names of ours that shall be others. frames: the same for frames. qos: quality of service by topic,
-    for ROS 2: of ours as the node has them, and of the answer's. reset: `restart`, a fresh process for every life, or a
-    service without a request that is called besides, before the first measurement. tick_ms: of the clock while it is
-    waited for. patience: s on the wall's clock for one answer, a long time; in_a_row: so many frames without an answer
-    end a node that answers every frame. start: s on the wall's clock until it must be connected. repeats: whether the
-    same input gives the same poses. still_start, latency, queue: as on any method's card. source: how to get it.
+    that begins with a slash is the whole name, any other is the node's own. extrinsics and intrinsics: parameters that
+    are worked out from the robot. remaps: as in `from:=to`. sensors: what the node is told. awaits: the sensor whose
+    frames it answers. topics: names of ours that shall be others. frames: the same for frames. qos: quality of service
+    by topic, for ROS 2: of ours as the node has them, and of the answer's. clouds_from: the firing with which a point
+    cloud is stamped and from which its points' times count; `first`, which nodes that straighten turns want, also gives
+    the points in the order of firing, as drivers do. answers: whether to every frame or, sparse, where it sees fit;
+    silent_start: s from the first frame of a life in which it may be silent, though it answers every later frame.
+    reset: `restart`, a fresh process for every life, or a service without a request that is called besides, before the
+    first measurement. tick_ms: of the clock while it is waited for. patience: s on the wall's clock for one answer, a
+    long time; in_a_row: so many frames without an answer end a node that answers every frame. start: s on the wall's
+    clock until it must be connected. repeats: whether the same input gives the same poses. still_start, latency, queue:
+    as on any method's card. source: how to get it.
     """
 
     name: Name
@@ -125,14 +139,17 @@ class NodeFile(_Part):
     environment: dict[Name, str] = {}
     parameters: dict[Text, Any] = {}
     extrinsics: dict[Text, Extrinsic] = {}
+    intrinsics: dict[Text, Intrinsic] = {}
     remaps: dict[Text, Text] = {}
     sensors: Annotated[tuple[str, ...], Field(min_length=1, description="what the node is told, as [laser_scan]")]
     awaits: str | None = None
     topics: dict[Topic, Topic] = {}
     frames: dict[Text, Text] = {}
     qos: dict[Topic, Quality] = {}
+    clouds_from: Literal["first", "last"] = "last"
     answer: Annotated[Answer, Field(description="where its live pose is heard")]
     answers: Answers = Answers.EVERY_FRAME
+    silent_start: NonNegative = 0.0
     reset: Literal["restart"] | Topic = "restart"
     tick_ms: Positive = 2.0
     patience: Positive = 10.0
@@ -212,8 +229,8 @@ class NodeFile(_Part):
     @property
     def rules(self) -> Rules:
         """How it is waited for."""
-        tick = round(self.tick_ms * _MILLISECOND)
-        return Rules(self.answers, tick, longest_s=self.patience, in_a_row=self.in_a_row)
+        tick, silent = round(self.tick_ms * _MILLISECOND), round(self.silent_start * NANOSECONDS)
+        return Rules(self.answers, silent, tick, longest_s=self.patience, in_a_row=self.in_a_row)
 
     @property
     def arguments(self) -> list[str]:

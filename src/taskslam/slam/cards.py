@@ -8,7 +8,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import time
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from taskslam.errors import InputError, MethodUnavailableError, TaskSlamError
 from taskslam.printable import one_line
 from taskslam.processes import messages
 from taskslam.processes.guest import GuestProcess, Limits, Program
+from taskslam.processes.patience import Patience
 from taskslam.processes.scratch import Scratch
 from taskslam.processes.wall import working_folder
 from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_json
@@ -127,10 +127,10 @@ def _answers(process: GuestProcess, names: Sequence[str]) -> tuple[list[messages
     reader = messages.MessageReader(0)
     asked = bytearray(messages.pack({"describe": list(names)}))
     answers: list[messages.Header] = []
-    deadline = time.monotonic() + _LIMITS.frame_timeout_s * len(names)
+    patience = Patience(_LIMITS.frame_timeout_s * len(names))
     try:
         while len(answers) < len(names):
-            data = process.exchange(asked, deadline - time.monotonic())
+            data = process.exchange(asked, patience)
             if data is None:
                 return answers, "did not answer"
             if not data:

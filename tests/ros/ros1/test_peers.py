@@ -53,6 +53,7 @@ def test_nothing_is_lost_nor_out_of_order(uri, make_node, eventually):
     eventually(lambda: len(heard) == 2000)
     assert {name for name, _ in heard} == {"/talker"}
     assert [message.header.stamp.nanosec for _, message in heard] == list(range(2000))
+    assert [message.header.seq for _, message in heard] == list(range(2000))  # as roscpp numbers them
     assert all((message.ranges == number % 97).all() for number, (_, message) in enumerate(heard))
 
 

@@ -27,6 +27,7 @@ class Ros1Bridge(Bridge):
     """One life of a ROS 1 node. Raises InputError: it cannot be started, or its file does not fit the robot."""
 
     def __init__(self, node: NodeFile, rig: SensorRig) -> None:
+        self._set: list[str] = []  # whole names of the parameters that the file sets
         self._master = Master()
         self._us = Node(_US, self._master.uri, node.patience)
         try:
@@ -42,8 +43,8 @@ class Ros1Bridge(Bridge):
         """What may be wrong with the node file, or with the node, though it answers: a sentence each."""
         yield from self._unused(self._view())
         asked = self._master.asked()
-        for name in self._master.parameters.names():
-            if name.startswith(self._space) and not any(f"{name}/".startswith(f"{one.rstrip('/')}/") for one in asked):
+        for name in self._set:
+            if not any(_within(name, one) or _within(one, name) for one in asked):
                 unset = [one for one in asked if not self._master.parameters.has(one)]
                 yield f"no node asked for the parameter {name}.{did_you_mean(name, unset)}"
         yield from self._frames()
@@ -64,7 +65,9 @@ class Ros1Bridge(Bridge):
     def _set_parameters(self) -> None:
         self._master.parameters.set("/use_sim_time", True)
         for name, value in self._given().items():
-            self._master.parameters.set(name if name.startswith("/") else self._space + name, value)
+            whole = name if name.startswith("/") else self._space + name
+            self._set.append(whole)
+            self._master.parameters.set(whole, value)
 
     def _open_topics(self) -> None:
         self._published = {
@@ -141,3 +144,8 @@ class Ros1Bridge(Bridge):
             said = self._us.decode(_LOG_TYPE, data)
             if publisher != _US and said.level >= _WARN:
                 self._warn(publisher, str(said.msg))
+
+
+def _within(name: str, folder: str) -> bool:
+    """Whether a parameter is the other, or stands in it."""
+    return f"{name}/".startswith(f"{folder.rstrip('/')}/")

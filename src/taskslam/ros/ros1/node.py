@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import socket
+import struct
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -23,6 +24,7 @@ from taskslam.ros.ros1 import tcpros
 from taskslam.ros.ros1.xmlrpc import HERE, Server, call
 
 _PATIENCE_S = 10.0
+_SEQUENCE = struct.Struct("<I")
 Heard = Callable[[str, bytearray], None]
 """Told the publisher's name and the message's bytes, in the thread that reads them."""
 
@@ -32,7 +34,10 @@ class SlowSubscriberError(RosError):
 
 
 class Publication:
-    """A topic that we publish. kind: its type as ROS 1 writes it; peers: connected subscribers by name."""
+    """A topic that we publish. kind: its type as ROS 1 writes it; peers: connected subscribers by name.
+
+    Messages that begin with a header are numbered from 0, as roscpp numbers them: some nodes go by that.
+    """
 
     def __init__(self, topic: str, kind: str, store: Typestore, latch: bool, patience_s: float) -> None:
         self.topic, self.kind = topic, kind
@@ -41,6 +46,8 @@ class Publication:
         self._store, self._patience_s = store, patience_s
         self._latched: bytes | None = None
         self._latch = latch
+        self._numbered = next(iter(store.fielddefs[self._name][1]), ("",))[0] == "header"
+        self._count = 0
         self._connections: dict[socket.socket, str] = {}
         self._lock = threading.Lock()
 
@@ -55,8 +62,12 @@ class Publication:
 
         Raises SlowSubscriberError: one of them has read nothing for so long that no more fits.
         """
-        data = tcpros.framed(self._store.serialize_ros1(message, self._name))
+        content = bytes(self._store.serialize_ros1(message, self._name))
         with self._lock:
+            if self._numbered:
+                content = _SEQUENCE.pack(self._count & 0xFFFFFFFF) + content[_SEQUENCE.size :]
+                self._count += 1
+            data = tcpros.framed(content)
             if self._latch:
                 self._latched = data
             for connection, name in list(self._connections.items()):

@@ -16,7 +16,6 @@ that fails is reported when its answer is due, never earlier, for the same reaso
 from __future__ import annotations
 
 import shutil
-import time
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -37,6 +36,7 @@ from taskslam.outcomes import Outcome
 from taskslam.printable import one_line
 from taskslam.processes import messages
 from taskslam.processes.guest import GuestProcess, Limits, Program
+from taskslam.processes.patience import Patience
 from taskslam.processes.wall import Wall, working_folder
 from taskslam.robot import Part, SensorRig
 from taskslam.sensors import cameras
@@ -383,9 +383,9 @@ class MethodHost:
     def _await_outstanding(self, number: int) -> None:
         """Wait until everything up to message `number` is answered."""
         while self._outstanding and (first := self._outstanding[0]).number <= number:
-            deadline = time.monotonic() + self._limits.frame_timeout_s
+            patience = Patience(self._limits.frame_timeout_s)
             while self._outstanding and self._outstanding[0] is first:
-                self._hear(_words(first), deadline, self._limits.frame_timeout_s)
+                self._hear(_words(first), patience)
 
     def _ask(self, what: str, timeout_s: float, **command: object) -> messages.Header:
         """Send a command and wait for its answer."""
@@ -399,21 +399,21 @@ class MethodHost:
 
     def _answer_to(self, what: str, timeout_s: float) -> messages.Header:
         """Wait for the answer to the oldest command that has none yet."""
-        deadline = time.monotonic() + timeout_s
+        patience = Patience(timeout_s)
         while not self._answers:
-            self._hear(f"the request to {what}", deadline, timeout_s)
+            self._hear(f"the request to {what}", patience)
         return self._answers.popleft()
 
-    def _hear(self, about: str, deadline: float, timeout_s: float) -> None:
-        """Wait for bytes of the child until `deadline` (monotonic) and take in the messages that they complete.
+    def _hear(self, about: str, patience: Patience) -> None:
+        """Wait for bytes of the child while patience lasts, and take in the messages that they complete.
 
         A failure that these tell of later measurements is kept until those are due.
         """
         if self._doom is not None:
             self._fail(*self._doom)
-        data = self._process.exchange(self._unsent, deadline - time.monotonic())
+        data = self._process.exchange(self._unsent, patience)
         if data is None:
-            self._fail(Outcome.STALLED, f"gave no answer to {about} within {timeout_s:g} s")
+            self._fail(Outcome.STALLED, f"gave no answer to {about} within {patience.limit_s:g} s")
         if not data:
             self._fail(Outcome.CRASHED, f"{self._process.ending()} at {about}")
         try:
