@@ -1,9 +1,9 @@
 """`Pace`: when the next control period of a served robot may pass, on the wall's clock. Knows neither ROS nor robots.
 
-In step with the other side (no factor): a period passes as soon as a command has come. One that is not there yet is
-waited for: long while the robot is under way, since the other side may be slow, and shortly while it was told to stand,
-since the other side may have nothing to say. Where one was waited for in vain, periods pass in real time until the next
-command comes.
+In step with the other side (no factor): how many periods lie between its commands is learned from the last of them.
+Periods pass at once until the next command is due; then it is waited for: long while the robot is under way, since the
+other side may be slow, and shortly while it was told to stand, since the other side may have nothing to say. Where one
+was waited for in vain, where none ever came, or where they come too rarely for a controller, periods pass in real time.
 
 At a factor of real time: periods pass by the wall's clock, commands or not. A machine that is too slow for the factor
 gives what it can, and does not hurry afterwards.
@@ -12,11 +12,15 @@ gives what it can, and does not hurry afterwards.
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable
 from enum import Enum
 
 _STANDS_S = 1.0  # so long a command is waited for while the robot was told to stand
 _LAG_S = 0.2  # behind by more than that, a rate begins anew
+_LEARNED = 2  # intervals that tell how often commands come
+_REMEMBERED = 5
+_RAREST_S = 0.5  # simulated, between the commands of a controller
 
 
 class _Other(Enum):
@@ -39,29 +43,37 @@ class Pace:
         self._period_s, self._factor, self._patience_s, self._wall = period_s, factor, patience_s, wall
         self._other = _Other.SILENT
         self._answered = False
+        self._intervals: deque[int] = deque(maxlen=_REMEMBERED)  # in periods, from one command to the next
+        self._periods = 0  # since the last command
         self._since = self._due = wall()
         self.vain = 0
 
     def passed(self) -> bool:
         """A period has passed. Whether the command before it was waited for in vain, the robot being under way."""
-        vain = self._factor is None and not self._answered and self._other is _Other.DRIVES
-        if not self._answered:
+        vain = False
+        if self._is_awaited and not self._answered:
+            vain = self._other is _Other.DRIVES
             self._other = _Other.SILENT
         self.vain += vain
+        self._periods += 1
         now = self._since = self._wall()
         self._answered = False
         step = self._period_s / (self._factor or 1.0)
-        self._due = self._due + step if now - self._due <= max(step, _LAG_S) else now + step
+        on_time = 0 <= now - self._due <= max(step, _LAG_S)
+        self._due = (self._due if on_time else now) + step
         return vain
 
     def commanded(self, moving: bool) -> None:
         """A command has come. moving: it is not to stand."""
-        self._answered = True
+        if self._other is not _Other.SILENT and self._periods:
+            self._intervals.append(self._periods)
+        self._answered, self._periods = True, 0
         self._other = _Other.DRIVES if moving else _Other.STANDS
 
     def placed(self) -> None:
-        """The robot was put down for somebody, who is about to drive."""
-        self._answered = False
+        """The robot was put down for somebody, who is about to drive, and to command in every period."""
+        self._answered, self._periods = False, 1
+        self._intervals.extend([1] * _REMEMBERED)
         self._other, self._since = _Other.DRIVES, self._wall()
 
     def alone(self) -> None:
@@ -70,11 +82,21 @@ class Pace:
 
     def left_s(self) -> float:
         """How long until the next period may pass even if nothing comes; 0 where it may now."""
-        now = self._wall()
-        if self._factor is not None or self._other is _Other.SILENT:
+        if self._factor is not None or not self._is_in_step:
             due = self._due
-        elif self._answered:
+        elif self._answered or not self._is_awaited:
             return 0.0
         else:
             due = self._since + (self._patience_s if self._other is _Other.DRIVES else _STANDS_S)
-        return max(0.0, due - now)
+        return max(0.0, due - self._wall())
+
+    @property
+    def _is_in_step(self) -> bool:
+        """Whether there is a side whose commands tell how time goes on."""
+        known = len(self._intervals) >= _LEARNED and max(self._intervals) * self._period_s <= _RAREST_S
+        return self._factor is None and self._other is not _Other.SILENT and known
+
+    @property
+    def _is_awaited(self) -> bool:
+        """Whether the next command is due."""
+        return self._is_in_step and self._periods >= max(self._intervals)

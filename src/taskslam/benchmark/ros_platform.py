@@ -101,7 +101,7 @@ class RosPlatform(Platform):
         self._encoder = RosEncoder(transport.store)
         self._hearing = Hearing(transport, self._stage.robot.rig, self._sensors, self._connection)
         transport.advertise(self._theirs(names.COMMAND), names.KINDS[names.COMMAND])
-        transport.advertise(names.PLACE, names.KINDS[names.PLACE])
+        transport.advertise(self._theirs(names.PLACE), names.KINDS[names.PLACE])
         wrong = list(self._subscribe())
         self._listener = threading.Thread(target=self._listen, name="listens to the robot", daemon=True)
         self._listener.start()
@@ -129,7 +129,7 @@ class RosPlatform(Platform):
         """Have the robot put down: by a simulator that takes /taskslam/place, or by a person, who says so."""
         self.halt()
         where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
-        if self._open_transport.readers(names.PLACE):
+        if self._open_transport.readers(self._theirs(names.PLACE)):
             at = self._put_down(pose)
             self._T_odom_start = None
             said = f"put down at {where} by {names.PLACE}"
@@ -351,7 +351,7 @@ class RosPlatform(Platform):
         with self._told:
             self._placed_at = None
             now = self._robot_now()
-        self._open_transport.publish(names.PLACE, self._encoder.pose_stamped(now, MAP, pose))
+        self._open_transport.publish(self._theirs(names.PLACE), self._encoder.pose_stamped(now, MAP, pose))
         deadline = time.monotonic() + _PATIENCE_S
         with self._told:
             while (at := self._placed_at) is None:
