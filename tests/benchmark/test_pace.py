@@ -1,4 +1,4 @@
-"""Turns of the other side: it is waited for where it drives, shortly where it stands, and not at all once it is silent."""
+"""Turns of the other side: waited for where it drives, shortly where it stands, not at all once it is silent."""
 
 import pytest
 

@@ -137,7 +137,9 @@ def test_it_says_what_the_simulator_measures_and_no_true_pose(served, make_stage
     assert mounts["laser"] == rig.lidar_2d.mount.xyz[2]
     (plan,) = server.of(names.MAP_TOPIC)
     assert (plan.info.height, plan.info.width) == stage.plan.cells.shape
-    assert np.array_equal(np.asarray(plan.data, np.int8).view(np.uint8).reshape(stage.plan.cells.shape), stage.plan.cells)
+    assert np.array_equal(
+        np.asarray(plan.data, np.int8).view(np.uint8).reshape(stage.plan.cells.shape), stage.plan.cells
+    )
     assert plan.info.origin.position.x == stage.plan.origin.x
     assert [message.data for message in server.of(names.BUMPER)] == [False]
     assert isinstance(said, WheelOdometry)
@@ -162,7 +164,7 @@ def test_in_step_a_command_is_a_period_and_a_person_who_stops_it_leaves_all_whol
     server = served()
     server.subscribe("/odom", names.CLOCK)
     server.command(0.3, 0.0)
-    server.until(lambda: any(one.linear > 0 for one in odometry(server)))
+    server.until(lambda: server.now() and any(one.linear > 0 for one in odometry(server)))
     before = server.now()
     for _ in range(40):
         clock = server.now()
@@ -171,7 +173,7 @@ def test_in_step_a_command_is_a_period_and_a_person_who_stops_it_leaves_all_whol
     passed = server.now() - before
     server.transport.stopped = True
     server.thread.join(20)
-    assert 2.0 <= passed <= 2.1
+    assert 2.0 <= passed <= 2.2  # the first periods still passed by themselves
     record, truth = load_served(server.out)
     assert record.ended
     assert record.vain == 0
@@ -239,7 +241,7 @@ def test_a_folder_that_stands_and_a_period_that_is_none_are_refused(make_stage, 
             serve(stage, transport, ServeSettings(seconds=0.1), tmp_path)
         with pytest.raises(InputError, match=r"--period 0\.003: expected a multiple of 0\.01 s"):
             serve(stage, transport, ServeSettings(period=0.003), tmp_path / "new")
-    with pytest.raises(InputError, match="no ROS master answers at http://127.0.0.1:1/"):
+    with pytest.raises(InputError, match=r"no ROS master answers at http://127\.0\.0\.1:1/"):
         Ros1("/robot", "http://127.0.0.1:1/")
 
 
@@ -249,7 +251,7 @@ def test_rospy_drives_it_under_debians_master(debian_python, run_peer, world_fil
     out = tmp_path / "served"
     command = [sys.executable, "-c", "from taskslam.cli.main import main; main()", "serve", str(world_file)]
     server = subprocess.Popen(
-        [*command, "--master", uri, "--out", str(out), "-q"], stderr=subprocess.PIPE, text=True, env=dict(os.environ)
+        [*command, "--join", uri, "--out", str(out), "-q"], stderr=subprocess.PIPE, text=True, env=dict(os.environ)
     )
     driver = run_peer(uri, str(peers / "rospy_driver.py"))
     said = json.loads(driver.stdout.readline())

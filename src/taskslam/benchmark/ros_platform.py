@@ -33,6 +33,7 @@ _TICK = NANOSECONDS // 20
 _PATIENCE_S = 10.0  # on the wall's clock, for a clock that stands, a robot that is put down
 _OWED_S = 2.0  # in simulated time, for what is owed
 _OWED_REAL_S = 0.01  # on a real robot
+_ASK_AGAIN_S = 1.0
 _STANDS = 0.05  # m/s and rad/s
 _STALE = 2 * NANOSECONDS  # older odometry tells nothing of where the robot stands
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
@@ -111,7 +112,7 @@ class RosPlatform(Platform):
             wrong += self._look()
         if wrong:
             raise InputError("the robot was looked at before it moves: " + "; ".join(wrong))
-        for note in self._hearing.notes:
+        for note in (*self._hearing.notes, *transport.complaints):
             self._observer.notice(note)
         self._zero = self._robot_now() // 1000 * 1000
 
@@ -221,7 +222,9 @@ class RosPlatform(Platform):
 
     def _subscribe(self) -> Iterator[str]:
         transport, stop = self._open_transport, self._connection.stop
-        published = transport.published()
+        wanted, latest = self._hearing.wanted().keys(), time.monotonic() + self._connection.look
+        while not wanted <= (published := transport.published()).keys() and time.monotonic() < latest:
+            time.sleep(_LOOK_EVERY_S)
         yield from self._hearing.subscribe(published)
         self._simulated = published.get(names.CLOCK) == names.KINDS[names.CLOCK]
         for topic in (names.CLOCK, names.BUMPER, names.PLACED, names.GO):
@@ -230,7 +233,8 @@ class RosPlatform(Platform):
                 transport.subscribe(self._theirs(topic), kind, topic in names.LATCHED)
         if stop is not None:
             if published.get(stop) != "std_msgs/msg/Bool":
-                yield f"the stop button: {stop} is {published.get(stop, 'published by nobody')}; expected std_msgs/msg/Bool"
+                found = published.get(stop, "published by nobody")
+                yield f"the stop button: {stop} is {found}; expected std_msgs/msg/Bool"
             else:
                 transport.subscribe(stop, "std_msgs/msg/Bool", latched=True)
 
@@ -350,15 +354,15 @@ class RosPlatform(Platform):
         """Where a simulator is at the other end: at which of its instants it was done."""
         with self._told:
             self._placed_at = None
-            now = self._robot_now()
-        self._open_transport.publish(self._theirs(names.PLACE), self._encoder.pose_stamped(now, MAP, pose))
+            asked = self._encoder.pose_stamped(self._robot_now(), MAP, pose)
         deadline = time.monotonic() + _PATIENCE_S
         with self._told:
             while (at := self._placed_at) is None:
                 self._check()
                 if time.monotonic() > deadline:
                     raise RobotFailedError(f"{names.PLACE}: the robot was not put down within {_PATIENCE_S:g} s")
-                self._told.wait(_LOOK_EVERY_S)
+                self._open_transport.publish(self._theirs(names.PLACE), asked)  # the first may be lost in ROS 2
+                self._told.wait_for(lambda: self._placed_at is not None, _ASK_AGAIN_S)
             self._hearing.begin(at, from_zero=True)
             self._heard_at = 0
         return at

@@ -107,6 +107,8 @@ class _ServedRobot:
         self._commands: list[tuple[float, float]] = []
         self._commander = ""
         self._bumped = False
+        self._asked_at: Any = None
+        self._placed_answer: Any = None
         self._said: set[str] = set()
         self._handle: dict[str, Callable[[Heard], None]] = {names.COMMAND: self._command, names.PLACE: self._place}
         self._topics = {
@@ -222,35 +224,42 @@ class _ServedRobot:
 
     def _command(self, heard: Heard) -> None:
         linear, angular = float(heard.content.linear.x), float(heard.content.angular.z)
+        by = heard.by or "who commanded"
         if not (math.isfinite(linear) and math.isfinite(angular)):
-            self._notice_once(f"{heard.by} commands a speed that is not finite: zero speed")
+            self._notice_once(f"{by} commands a speed that is not finite: zero speed")
             linear = angular = 0.0
-        if self._commander and heard.by != self._commander:
-            first, second = sorted((self._commander, heard.by))
+        if self._commander not in ("", by):
+            first, second = sorted((self._commander, by))
             self._notice_once(f"{first} and {second} both command on {names.COMMAND}: the last one counts")
-        self._commander = heard.by or "who commanded"
+        self._commander = by
         self._commands.append((linear, angular))
         self._pace.commanded(moving=(linear, angular) != (0.0, 0.0))
 
     def _place(self, heard: Heard) -> None:
-        message = heard.content
+        message, by = heard.content, heard.by or "somebody"
+        stamp = message.header.stamp
+        if stamp == self._asked_at and (stamp.sec or stamp.nanosec):  # again, as the answer did not arrive
+            self._say(names.PLACED, self._placed_answer)
+            return
         frame = message.header.frame_id.lstrip("/")
         try:
             pose = SE2.from_matrix(ros_decoding.pose_message(message.pose))
         except DatasetError as error:
-            self._notice(f"{heard.by} would put the robot at {error}: it stays where it is")
+            self._notice(f"{by} would put the robot at {error}: it stays where it is")
             return
         at = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
         if frame != MAP:
-            self._notice(f"{heard.by} would put the robot down in the frame '{frame}': expected '{MAP}'")
+            self._notice(f"{by} would put the robot down in the frame '{frame}': expected '{MAP}'")
         elif self._simulator.touches(pose):
-            self._notice(f"{heard.by} would put the robot at {at}, where it touches something: it stays where it is")
+            self._notice(f"{by} would put the robot at {at}, where it touches something: it stays where it is")
         else:
             self._put_down(pose)
             self._commands = []
-            self._notice(f"{heard.by} put the robot at {at}")
+            self._notice(f"{by} put the robot at {at}")
             self._pace.placed()
-            self._say(names.PLACED, self._encoder.pose_stamped(self._simulator.now, MAP, pose))
+            self._asked_at = stamp
+            self._placed_answer = self._encoder.pose_stamped(self._simulator.now, MAP, pose)
+            self._say(names.PLACED, self._placed_answer)
             self._placed += 1
 
     def _put_down(self, pose: SE2) -> None:

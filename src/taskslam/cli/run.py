@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from taskslam.benchmark.platform import Platform
     from taskslam.benchmark.stage import Stage
     from taskslam.observer import Observer
+    from taskslam.ros.transport import Transport
     from taskslam.slam.base import MethodCard
 
 
@@ -34,6 +35,7 @@ class PlatformChoice(StrEnum):
 
     SIMULATOR = "simulator"
     ROS1 = "ros1"
+    ROS2 = "ros2"
 
 
 class LatencyChoice(StrEnum):
@@ -104,9 +106,9 @@ def run(
     ways = [(name, chosen, seed, options, delay, is_sealed) for name in method for chosen in _modes(mode)]
     if salt and len(ways) != 1:
         raise InputError(f"--salt repeats one run; expected one method and one mode, not {len(ways)} runs")
-    robot = _Robot(connection, dry_run) if platform is not PlatformChoice.SIMULATOR else None
+    robot = _Robot(int(platform.value[-1]), connection, dry_run) if platform is not PlatformChoice.SIMULATOR else None
     if robot is None and (connection or dry_run):
-        raise InputError("--connection and --dry-run are for a robot: expected --platform ros1 too")
+        raise InputError("--connection and --dry-run are for a robot: expected --platform ros1 or ros2 too")
     if robot is not None and is_sealed:
         raise InputError("--sealed and --salt are for the simulator: a robot has no dice")
     with seal(out, sealed and not salt):
@@ -139,8 +141,9 @@ def _modes(choice: ModeChoice) -> list[Mode]:
 
 @dataclass(frozen=True)
 class _Robot:
-    """A robot that answers over ROS. dry: it is only looked at."""
+    """A robot that answers over ROS, of this version. dry: it is only looked at."""
 
+    ros: int
     connection: Path | None
     dry: bool
 
@@ -188,21 +191,20 @@ def _drive(
 
 def _on_robot(stage: Stage, robot: _Robot, observer: Observer) -> tuple[Stage, Callable[[MethodCard], Platform]]:
     """The stage without a simulator, and who makes the robot."""
-    import os
-
     from taskslam.benchmark.robot_tour import on_robot, robot_for
     from taskslam.errors import InputError
     from taskslam.ros.connection import Connection
-    from taskslam.ros.opening import open_transport
+    from taskslam.ros.opening import join_graph
     from taskslam.user_files import read_model
 
     file = robot.connection
     connection = read_model(file, Connection, "connection", InputError) if file else Connection()
-    master = connection.master or os.environ.get("ROS_MASTER_URI", "")
-    if not master:
-        raise InputError("which robot? Expected ROS_MASTER_URI, or `master` in the file of --connection")
     stage = on_robot(stage)
-    return stage, robot_for(stage, lambda: open_transport(1, "/taskslam_tour", master), connection, observer)
+
+    def connect() -> Transport:
+        return join_graph(robot.ros, "/taskslam_tour", connection.graph, connection.setup)
+
+    return stage, robot_for(stage, connect, connection, observer)
 
 
 def _conclude(out: Path, quiet: bool) -> None:

@@ -16,15 +16,20 @@ class RosChoice(StrEnum):
     """Versions of ROS."""
 
     ONE = "1"
+    TWO = "2"
 
 
 def serve(
     scenario: Annotated[str, typer.Argument(help="A shipped scenario (house, aws_small_house, ...) or a YAML file.")],
     ros: Annotated[RosChoice, typer.Option(help="The version of ROS.")] = RosChoice.ONE,
     out: Annotated[Path, typer.Option(help="New folder for the record, true poses among it.")] = Path("served"),
-    master: Annotated[
-        str, typer.Option(help="URI of a running roscore to join; default: a master of our own, which is named.")
+    join: Annotated[
+        str,
+        typer.Option(
+            help="A graph to join: a roscore's URI, or the number of a domain. Default: one of our own, named."
+        ),
     ] = "",
+    setup: Annotated[str, typer.Option(help="A script of your ROS 2, whose Python then runs our bridge.")] = "",
     real_time_factor: Annotated[
         float | None, typer.Option(min=0.01, max=1000, help="Times real time; default: in step with /cmd_vel.")
     ] = None,
@@ -57,13 +62,15 @@ def serve(
     Examples:
         taskslam serve house --out served
 
-        taskslam serve house --real-time-factor 2 --master http://localhost:11311 --publish-truth
+        taskslam serve house --real-time-factor 2 --join http://localhost:11311 --publish-truth
+
+        taskslam serve house --ros 2 --join 0 --setup /opt/ros/jazzy/setup.bash
     """
     from taskslam.benchmark.serve import ServeSettings
     from taskslam.benchmark.serve import serve as run
     from taskslam.benchmark.stage import set_stage
     from taskslam.cli.progress import progress
-    from taskslam.ros.opening import open_transport
+    from taskslam.ros.opening import join_graph, open_graph_of_our_own
     from taskslam.scenario import load_scenario
 
     overrides = [*(set_ or []), *([f"robot={robot}"] if robot else [])]
@@ -71,7 +78,9 @@ def serve(
     settings = ServeSettings(version, seed, period, real_time_factor, wait, seconds, publish_truth)
     with progress(quiet) as observer:
         stage = set_stage(load_scenario(scenario, overrides), world_path or [], observer)
-        with closing(open_transport(version, "/taskslam_robot", master or None)) as transport:
+        name, script = "/taskslam_robot", setup or None
+        graph = join_graph(version, name, join, script) if join else open_graph_of_our_own(version, name, script)
+        with closing(graph) as transport:
             observer.run_begins(f"{stage.scenario.name} · served over ROS {version} at {transport.address}")
             served = run(stage, transport, settings, out, observer)
     if not quiet:

@@ -35,14 +35,16 @@ class SpeedLimits(_Part):
 class Connection(_Part):
     """A robot's graph.
 
-    master: URI of its roscore; by default that of ROS_MASTER_URI. topics: names of ours that the robot has under
-    others. base: the base's frame; by default base_footprint or base_link, whichever there is. limits: of speed. stop:
-    a topic of std_msgs/Bool that says true while the stop button is pressed; it must be there and not be pressed. fresh:
-    s; where the newest odometry or our newest command is older, the robot is told to stand. look: s on the wall's
-    clock, so long the dry run listens. clock: s, by which the robot's stamps may differ from this machine's time.
+    graph: where it is found, the URI of its roscore or the number of its domain; by default as ROS_MASTER_URI or
+    ROS_DOMAIN_ID say. setup: a script of your ROS 2, whose Python then runs our bridge. topics: names of ours that the
+    robot has under others. base: the base's frame; by default base_footprint or base_link, whichever there is. limits:
+    of speed. stop: a topic of std_msgs/Bool that says true while the stop button is pressed; it must be there and not
+    be pressed. fresh: s; where the newest odometry or our newest command is older, the robot is told to stand. look: s
+    on the wall's clock, so long the dry run listens. clock: s, by which the robot's stamps may differ from our time.
     """
 
-    master: str = ""
+    graph: str = ""
+    setup: Text | None = None
     topics: dict[Topic, Topic] = {}
     base: Text | None = None
     limits: SpeedLimits = SpeedLimits()

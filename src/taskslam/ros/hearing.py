@@ -86,7 +86,8 @@ class Hearing:
                 if published.get(beside) == _INFO and beside not in self._heads:
                     self._heads[beside] = []
                     self._transport.subscribe(beside, _INFO)
-        self._transport.subscribe(names.TF_STATIC, names.KINDS[names.TF_STATIC], latched=True)
+        if names.TF_STATIC in published:
+            self._transport.subscribe(names.TF_STATIC, names.KINDS[names.TF_STATIC], latched=True)
 
     def understand(self) -> Iterator[str]:
         """From now on, decode; a sentence for everything that the first messages do not tell, or tell wrongly."""
@@ -193,7 +194,7 @@ class Hearing:
         head = self._heads[topic]
         rate = bag_rig.rate_or_none(head)
         if rate is None:
-            yield f"{topic}: {len(head)} message in {self._connection.look:g} s do not tell a rate; expected {sheet:g} Hz"
+            yield f"{topic}: {len(head)} message in {self._connection.look:g} s; expected {sheet:g} Hz"
             return
         if not 0.5 < rate / sheet < 2.0:
             self.notes.append(f"{topic} comes at {rate:.3g} Hz; the robot's description says {sheet:g} Hz")
@@ -207,6 +208,11 @@ class Hearing:
         if not ours:
             return
         frame = self._heads[topic][0].header.frame_id
+        if not self._heads.get(names.TF_STATIC):
+            self.notes.append(
+                f"{names.TF_STATIC} says nothing of '{frame}': it is where the robot's description has it"
+            )
+            return
         try:
             T = self.frames.T_base(frame)
         except DatasetError:

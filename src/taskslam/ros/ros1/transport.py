@@ -10,9 +10,10 @@ from functools import partial
 from typing import Any
 
 from taskslam.errors import InputError
+from taskslam.ros.errors import RosError
 from taskslam.ros.ros1.master import Master
 from taskslam.ros.ros1.node import Node, Publication, SlowSubscriberError, long, short
-from taskslam.ros.ros1.xmlrpc import HERE, RosError
+from taskslam.ros.ros1.xmlrpc import HERE
 from taskslam.ros.transport import Heard, SlowReaderError, Transport
 
 
