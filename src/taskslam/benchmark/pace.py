@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable
 from enum import Enum
 
+_STARTS_S = 120.0  # so long whoever had the robot put down may take to get ready, a SLAM method with its vocabulary
 _STANDS_S = 1.0  # so long a command is waited for while the robot was told to stand
 _LAG_S = 0.2  # behind by more than that, a rate begins anew
 _LEARNED = 2  # intervals that tell how often commands come
@@ -26,6 +27,7 @@ _RAREST_S = 0.5  # simulated, between the commands of a controller
 class _Other(Enum):
     """What the other side was last known to do."""
 
+    STARTS = "starts"
     DRIVES = "drives"
     STANDS = "stands"
     SILENT = "silent"
@@ -34,7 +36,7 @@ class _Other(Enum):
 class Pace:
     """period_s: of control, simulated; factor: times real time, None for in step; patience_s: for a side that drives.
 
-    vain: how often a command was waited for in vain while the robot was under way; wall: s, a monotonic clock.
+    vain: how often a command was waited for in vain while it was not told to stand; wall: s, a monotonic clock.
     """
 
     def __init__(
@@ -49,10 +51,10 @@ class Pace:
         self.vain = 0
 
     def passed(self) -> bool:
-        """A period has passed. Whether the command before it was waited for in vain, the robot being under way."""
+        """A period has passed. Whether the command before it was waited for in vain, the robot not told to stand."""
         vain = False
         if self._is_awaited and not self._answered:
-            vain = self._other is _Other.DRIVES
+            vain = self._other is not _Other.STANDS
             self._other = _Other.SILENT
         self.vain += vain
         self._periods += 1
@@ -74,7 +76,7 @@ class Pace:
         """The robot was put down for somebody, who is about to drive, and to command in every period."""
         self._answered, self._periods = False, 1
         self._intervals.extend([1] * _REMEMBERED)
-        self._other, self._since = _Other.DRIVES, self._wall()
+        self._other, self._since = _Other.STARTS, self._wall()
 
     def alone(self) -> None:
         """Nobody is there to command."""
@@ -87,7 +89,8 @@ class Pace:
         elif self._answered or not self._is_awaited:
             return 0.0
         else:
-            due = self._since + (self._patience_s if self._other is _Other.DRIVES else _STANDS_S)
+            waits = {_Other.STARTS: _STARTS_S, _Other.DRIVES: self._patience_s, _Other.STANDS: _STANDS_S}
+            due = self._since + waits[self._other]
         return max(0.0, due - self._wall())
 
     @property

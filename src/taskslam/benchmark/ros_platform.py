@@ -128,7 +128,6 @@ class RosPlatform(Platform):
 
     def place(self, pose: SE2) -> str:
         """Have the robot put down: by a simulator that takes /taskslam/place, or by a person, who says so."""
-        self.halt()
         where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
         if self._open_transport.readers(self._theirs(names.PLACE)):
             at = self._put_down(pose)
@@ -353,6 +352,8 @@ class RosPlatform(Platform):
     def _put_down(self, pose: SE2) -> int:
         """Where a simulator is at the other end: at which of its instants it was done."""
         with self._told:
+            if self._commanded_at:
+                self._wait_for_time(self._commanded_at + _TICK)  # our last command must not come after it
             self._placed_at = None
             asked = self._encoder.pose_stamped(self._robot_now(), MAP, pose)
         deadline = time.monotonic() + _PATIENCE_S
@@ -369,6 +370,7 @@ class RosPlatform(Platform):
 
     def _carried(self, where: str) -> tuple[int, SE2]:
         """Wait until a person says that the robot stands at the start; when, and its odometry then."""
+        self.halt()
         self._observer.notice(
             f"put the robot at the start {where}, then press Enter here, or publish true on {names.GO}"
         )

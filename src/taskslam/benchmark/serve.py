@@ -128,8 +128,8 @@ class _ServedRobot:
                     self._run_period(period)
                     if self._pace.passed():
                         self._notice(
-                            f"no command for {self._settings.patience_s:g} s on the wall's clock while the robot was"
-                            " under way: time goes on in real time until one comes"
+                            "a command was waited for in vain while the robot was not told to stand: time goes on in"
+                            " real time until one comes"
                         )
                 self._await_turn()
         except StoppedError as stopped:

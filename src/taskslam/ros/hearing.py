@@ -100,8 +100,10 @@ class Hearing:
             yield f"{names.TF_STATIC}: {error}"
         for sensor in self.sensors:
             kind = sensor_kind(sensor)
-            silent = [topic for topic, (_, of) in self._roles.items() if of == sensor and not self._heads.get(topic)]
-            if silent:
+            topics = [topic for topic, (_, of) in self._roles.items() if of == sensor]
+            if len(topics) < sum(bool(topic.role) for topic in kind.topics):
+                continue  # which of them is not there was said
+            if silent := [topic for topic in topics if not self._heads.get(topic)]:
                 yield f"{' and '.join(silent)}: nothing was said there in {self._connection.look:g} s"
                 continue
             try:
