@@ -36,12 +36,12 @@ class Served:
         while not (out / SERVED).exists():
             assert self.process.poll() is None, self.process.communicate()[1]
             time.sleep(0.02)
-        self.address: str = json.loads((out / SERVED).read_text())["address"]
+        self.variables: dict[str, str] = json.loads((out / SERVED).read_text())["variables"]
 
     @property
     def where(self) -> str:
         """As `join_graph` takes it."""
-        return self.address.partition("ROS_DOMAIN_ID=")[2].split()[0] if "=" in self.address else self.address
+        return next(iter(self.variables.values()))
 
     def notices(self) -> list[str]:
         return [event.text for event in read_journal(self.out / EVENTS).events if hasattr(event, "text")]

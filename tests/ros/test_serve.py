@@ -48,7 +48,7 @@ class Server:
         self.out, self.error = out, None
         self.transport = Stoppable("/robot", None)
         self.settings = ServeSettings(**settings)
-        self.us = Ros1("/us", self.transport.address)
+        self.us = Ros1("/us", self.transport.variables["ROS_MASTER_URI"])
         self.heard = []
         self.encoder = RosEncoder(self.us.store)
         self.us.advertise(names.COMMAND, names.KINDS[names.COMMAND])
@@ -186,7 +186,7 @@ def test_in_step_a_command_is_a_period_and_a_person_who_stops_it_leaves_all_whol
 def test_a_robot_whose_commander_is_gone_stands(served):
     server = served(patience_s=60.0)
     server.subscribe("/odom", names.CLOCK)
-    other = Ros1("/other", server.transport.address)
+    other = Ros1("/other", server.transport.variables["ROS_MASTER_URI"])
     with closing(other):
         other.advertise(names.COMMAND, names.KINDS[names.COMMAND])
         server.us.close()  # who alone would still command
@@ -208,7 +208,7 @@ def test_a_robot_whose_commander_is_gone_stands(served):
 def test_what_no_robot_can_do_is_said_and_not_done(served):
     server = served()
     server.subscribe("/odom", names.PLACED, names.CLOCK)
-    other = Ros1("/other", server.transport.address)
+    other = Ros1("/other", server.transport.variables["ROS_MASTER_URI"])
     with closing(other):
         other.advertise(names.COMMAND, names.KINDS[names.COMMAND])
         server.until(lambda: other.readers(names.COMMAND))
@@ -262,6 +262,6 @@ def test_rospy_drives_it_under_debians_master(debian_python, run_peer, world_fil
     assert said["commands"] == pytest.approx(20, abs=3)  # at 10 Hz of simulated time
     assert said["rays"] == 1024
     record, truth = load_served(out)
-    assert record.address == uri
+    assert record.variables == {"ROS_MASTER_URI": uri}
     assert truth.poses[-1, 0] == pytest.approx(said["distance"], abs=0.1)
     assert np.array_equal(truth.poses[-1], truth.poses[-2])

@@ -77,7 +77,7 @@ def serve(
         robot=stage.robot.model_dump(mode="json"),
         seed=settings.seed,
         ros=settings.ros,
-        address=transport.address,
+        variables=dict(transport.variables),
         pace=settings.words,
         epoch=EPOCH,
         publishes_truth=settings.publish_truth,

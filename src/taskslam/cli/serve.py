@@ -81,7 +81,9 @@ def serve(
         name, script = "/taskslam_robot", setup or None
         graph = join_graph(version, name, join, script) if join else open_graph_of_our_own(version, name, script)
         with closing(graph) as transport:
-            observer.run_begins(f"{stage.scenario.name} · served over ROS {version} at {transport.address}")
+            observer.run_begins(f"{stage.scenario.name} · served over ROS {version}")
+            for variable, value in transport.variables.items():
+                observer.notice(f"export {variable}={value}")
             served = run(stage, transport, settings, out, observer)
     if not quiet:
         say(f"Served {served.simulated_s:.1f} s of simulated time; the true poses are in {out}")

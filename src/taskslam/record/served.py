@@ -2,6 +2,7 @@
 
     served.json    what was served, to whom everything was told, and how it ended
     served.jsonl   what happened, an event a line, written through at once
+    graph.sh       the variables by which others find the graph, for `. graph.sh`
     truth.tum      the true pose in `map` at the end of every control period, stamped as the messages are
 
 Nothing but this folder knows the true pose, unless `publishes_truth` says that it was put on a topic.
@@ -10,6 +11,7 @@ Nothing but this folder knows the true pose, unless `publishes_truth` says that 
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from types import TracebackType
 from typing import Literal, Self
@@ -24,14 +26,14 @@ from taskslam.record.events import MethodNotice, RunEnded
 from taskslam.record.journal import JournalWriter
 from taskslam.record.trajectories import HEADER, Trajectory, planar_line, read_trajectory
 
-SERVED, EVENTS, TRUTH = "served.json", "served.jsonl", "truth.tum"
+SERVED, EVENTS, GRAPH, TRUTH = "served.json", "served.jsonl", "graph.sh", "truth.tum"
 
 
 class Served(BaseModel):
     """The content of served.json.
 
-    address: how the graph was found; pace: in words; epoch: ns, what the robot's clock shows at t = 0 of the events;
-    simulated_s, vain, messages: known once it has ended.
+    variables: by which others find the graph; pace: in words; epoch: ns, what the robot's clock shows at t = 0 of the
+    events; simulated_s, vain, messages: known once it has ended.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -41,7 +43,7 @@ class Served(BaseModel):
     robot: dict[str, object]
     seed: int
     ros: int
-    address: str
+    variables: dict[str, str]
     pace: str
     epoch: int
     publishes_truth: bool
@@ -68,6 +70,8 @@ class ServedRecord:
             self.folder.mkdir(parents=True)
             self._truth = (self.folder / TRUTH).open("w", encoding="utf-8")
             self._truth.write(HEADER + "\n")
+        lines = [f"export {name}={shlex.quote(value)}\n" for name, value in served.variables.items()]
+        write_whole(self.folder / GRAPH, lines)
         self._journal = JournalWriter(self.folder / EVENTS)
         self._write()
 

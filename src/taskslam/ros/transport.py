@@ -28,12 +28,12 @@ class SlowReaderError(Exception):
 class Transport(Protocol):
     """One node of ours in a graph. `publish` may be called from any thread, `hear` from one.
 
-    store: the message types; address: how others find the graph, for people; complaints: what did not fit, a sentence
-    each.
+    store: the message types; variables: of the environment, by which others find the graph; complaints: what did not
+    fit, a sentence each.
     """
 
     store: Typestore
-    address: str
+    variables: Mapping[str, str]
     complaints: list[str]
 
     def advertise(self, topic: str, kind: str, latched: bool = False) -> None:

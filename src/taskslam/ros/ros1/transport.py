@@ -26,8 +26,9 @@ class Ros1(Transport):
 
     def __init__(self, name: str, master: str | None) -> None:
         self._master = None if master else Master()
-        self.address = master or (self._master.uri if self._master else "")
-        self._node = Node(name, self.address, host=os.environ.get("ROS_IP", HERE))
+        self._uri = master or (self._master.uri if self._master else "")
+        self.variables = {"ROS_MASTER_URI": self._uri}
+        self._node = Node(name, self._uri, host=os.environ.get("ROS_IP", HERE))
         self.store, self.complaints = self._node.store, self._node.complaints
         self._publications: dict[str, Publication] = {}
         self._kinds: dict[str, str] = {}
@@ -37,7 +38,7 @@ class Ros1(Transport):
         except RosError:
             self.close()
             raise InputError(
-                f"no ROS master answers at {self.address}; expected that of a running roscore (ROS_MASTER_URI)"
+                f"no ROS master answers at {self._uri}; expected that of a running roscore (ROS_MASTER_URI)"
             ) from None
 
     def advertise(self, topic: str, kind: str, latched: bool = False) -> None:
@@ -100,7 +101,7 @@ class Ros1(Transport):
         try:
             yield
         except (RosError, ValueError, TypeError) as error:
-            raise InputError(f"the ROS master at {self.address} does not answer any more: {error}") from None
+            raise InputError(f"the ROS master at {self._uri} does not answer any more: {error}") from None
 
     def _take(self, topic: str, by: str, data: bytearray) -> None:
         self._inbox.put((topic, by, data))

@@ -34,7 +34,7 @@ class Ros2Graph(Transport):
         self._domain = Domain(self._scratch.folder) if self._scratch else None
         variables = self._domain.variables if self._domain else {"ROS_DOMAIN_ID": str(domain)}
         told = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTDDS_DEFAULT_PROFILES_FILE")
-        self.address = " ".join(f"{variable}={variables[variable]}" for variable in told if variable in variables)
+        self.variables = {variable: variables[variable] for variable in told if variable in variables}
         self._publications: dict[str, Publication] = {}
         self._subscriptions: dict[str, int] = {}
         self._counts: dict[int, tuple[float, int]] = {}
