@@ -192,13 +192,10 @@ def _drive(
 def _on_robot(stage: Stage, robot: _Robot, observer: Observer) -> tuple[Stage, Callable[[MethodCard], Platform]]:
     """The stage without a simulator, and who makes the robot."""
     from taskslam.benchmark.robot_tour import on_robot, robot_for
-    from taskslam.errors import InputError
-    from taskslam.ros.connection import Connection
+    from taskslam.ros.connection import Connection, load_connection
     from taskslam.ros.opening import join_graph
-    from taskslam.user_files import read_model
 
-    file = robot.connection
-    connection = read_model(file, Connection, "connection", InputError) if file else Connection()
+    connection = load_connection(robot.connection) if robot.connection else Connection()
     stage = on_robot(stage)
 
     def connect() -> Transport:

@@ -10,15 +10,17 @@ A robot whose topics bear our names needs none. What every key means stands at `
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from taskslam.errors import did_you_mean
+from taskslam.errors import InputError, did_you_mean
 from taskslam.field_types import Positive
 from taskslam.ros import names
 from taskslam.ros.node_file import Text, Topic
 from taskslam.sensors import sensor_kinds
+from taskslam.user_files import read_model
 
 
 class _Part(BaseModel):
@@ -66,3 +68,8 @@ class Connection(_Part):
     def theirs(self, topic: str) -> str:
         """What the robot calls a topic of ours."""
         return self.topics.get(topic, topic)
+
+
+def load_connection(path: Path) -> Connection:
+    """A connection's file. Raises InputError naming the key."""
+    return read_model(path, Connection, "connection", InputError)
