@@ -306,7 +306,8 @@ def connections(folder: Path) -> None:
         folder,
         {
             "robot.yaml": "graph: http://robot:11311\ntopics: {/scan: /front/scan, /cmd_vel: /base/cmd_vel}\n"
-            "base: base_link\nlimits: {linear: 0.3, angular: 1.0}\nstop: /emergency_stop\nfresh: 0.4\nlook: 2\nclock: 0.1\n"
+            "base: base_link\nlimits: {linear: 0.3, angular: 1.0}\nstop: /emergency_stop\n"
+            "fresh: 0.4\nlook: 2\nclock: 0.1\n"
         },
     )
 

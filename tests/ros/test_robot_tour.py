@@ -33,6 +33,7 @@ from taskslam.ros.ros1.transport import Ros1
 from taskslam.scenario import load_scenario
 from taskslam.simulation.simulator import DEFAULT_SENSORS
 
+LONG = pytest.mark.skipif(not os.environ.get("TASKSLAM_TORTURE"), reason="whole tours in processes: make torture")
 NEAR = [[-1.4, -1.0, 0.0], [-1.4, -0.6, 1.5]]
 
 
@@ -83,7 +84,14 @@ def zero_of(record):
 
 
 @pytest.mark.parametrize(
-    ("ros", "mode", "rounds"), [(1, Mode.WITHOUT_MAP, 2), (1, Mode.WITH_MAP, 1), (2, Mode.WITHOUT_MAP, 1)]
+    ("ros", "mode", "rounds"),
+    [
+        (1, Mode.WITHOUT_MAP, 1),
+        (2, Mode.WITHOUT_MAP, 1),
+        pytest.param(1, Mode.WITHOUT_MAP, 3, marks=LONG),
+        pytest.param(1, Mode.WITH_MAP, 1, marks=LONG),
+        pytest.param(2, Mode.WITH_MAP, 1, marks=LONG),
+    ],
 )
 def test_a_tour_through_both_doors_is_the_tour_of_the_simulator(
     serve, stage_of, tmp_path, request, monkeypatch, ros, mode, rounds
@@ -139,6 +147,7 @@ def test_a_look_says_all_that_is_not_as_it_must_be_and_nothing_moves(serve, stag
         run(stage, stage.spec("ground_truth", Mode.WITHOUT_MAP), tmp_path / "driven", platform=platform)
 
 
+@LONG
 def test_rounds_that_ended_are_kept_when_the_robot_dies(serve, stage_of, tmp_path):
     stage = stage_of(3)
     served = serve()
@@ -160,6 +169,7 @@ def test_rounds_that_ended_are_kept_when_the_robot_dies(serve, stage_of, tmp_pat
         drive(stage, serve(), tmp_path / "driven", Mode.WITHOUT_MAP)
 
 
+@LONG
 def test_a_tour_that_is_stopped_leaves_the_robot_standing_and_goes_on(serve, world_file, tmp_path):
     served = serve()
     words = ["run", str(world_file), "-m", "karto", "--mode", "without-map", "--rounds", "3", "--platform", "ros1"]
@@ -304,12 +314,24 @@ def test_a_robot_on_the_walls_clock_begins_where_a_person_put_it(wall_robot):
     assert stood_by_itself(robot, platform)
 
 
+def test_a_tour_is_not_gone_on_with_on_a_clock_that_was_set_back(wall_robot):
+    _, platform, _ = wall_robot()
+    with platform:
+        zero = platform.zero_utc
+        platform.go_on(0, 1, zero)
+        assert platform.zero_utc == zero
+        with pytest.raises(InputError, match=r"is \d+ s before the end of the rounds that were driven already"):
+            platform.go_on(3600 * NANOSECONDS, 1, zero)
+
+
 def test_the_dead_man_stops_a_robot_that_nobody_commands(wall_robot):
     robot, platform, observer = wall_robot()
     with platform:
         platform.place(SE2(-2.0, -1.0, 0.0))
         list(platform.advance(platform.now + NANOSECONDS // 20))
         platform.drive(0.2, 0.0)
+        while not any(linear == 0.2 for _, linear, _ in robot.commands):
+            time.sleep(0.01)
         assert stood_by_itself(robot, platform)
         assert "no command for 0.3 s: the robot was told to stand" in observer.said
 

@@ -148,6 +148,15 @@ def test_it_says_what_the_simulator_measures_and_no_true_pose(served, make_stage
     assert max(np.diff(clocks)) <= NANOSECONDS // 100
 
 
+def test_pictures_are_drawn_for_who_looks_at_them(served):
+    server = served(factor=1.0)
+    server.subscribe("/stereo/left/image_rect", "/stereo/left/camera_info")
+    server.until(lambda: server.of("/stereo/left/image_rect") and server.of("/stereo/left/camera_info"), 60.0)
+    image, info = server.of("/stereo/left/image_rect")[0], server.of("/stereo/left/camera_info")[0]
+    assert (image.width, image.height, image.encoding) == (info.width, info.height, "mono8") == (752, 480, "mono8")
+    assert np.asarray(image.data).std() > 5.0
+
+
 def test_the_true_pose_is_published_where_the_record_says_so(served):
     server = served(factor=4.0, publish_truth=True)
     server.subscribe("/ground_truth/odom", names.CLOCK)

@@ -70,7 +70,7 @@ class RosPlatform(Platform):
         self._told = threading.Condition()
         self._transport: Transport | None = None
         self._listener: threading.Thread | None = None
-        self._closing = False
+        self._commands = self._closing = False
         self._simulated = False
         self._clock = 0
         self._bumper = self._stop = self._went = self._moving = False
@@ -102,6 +102,7 @@ class RosPlatform(Platform):
         self._encoder = RosEncoder(transport.store)
         self._hearing = Hearing(transport, self._stage.robot.rig, self._sensors, self._connection)
         transport.advertise(self._theirs(names.COMMAND), names.KINDS[names.COMMAND])
+        self._commands = True
         transport.advertise(self._theirs(names.PLACE), names.KINDS[names.PLACE])
         wrong = list(self._subscribe())
         self._listener = threading.Thread(target=self._listen, name="listens to the robot", daemon=True)
@@ -177,7 +178,7 @@ class RosPlatform(Platform):
 
     def halt(self) -> None:
         """Zero speed."""
-        if self._transport is not None and not self._closing:
+        if self._commands and not self._closing:
             self._command(0.0, 0.0)
 
     def true_pose(self) -> None:
