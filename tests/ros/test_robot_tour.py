@@ -24,7 +24,7 @@ from taskslam.measurements import NANOSECONDS, LaserScan, WheelOdometry
 from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.record import Arrival, DrivenBy, MethodNotice, RoundEnded, load_run
-from taskslam.record.run_directory import find_partial_runs
+from taskslam.record.run_directory import find_partial_runs, find_runs
 from taskslam.record.served import load_served
 from taskslam.ros import names
 from taskslam.ros.connection import Connection
@@ -139,7 +139,7 @@ def test_a_look_says_all_that_is_not_as_it_must_be_and_nothing_moves(serve, stag
         assert words in str(refused.value)
     with pytest.raises(InputError, match="no static transform connects the frame 'laser' of /scan to the base 'trunk'"):
         drive(stage, served, tmp_path / "driven", Mode.WITHOUT_MAP, base="trunk")
-    assert not (tmp_path / "driven").exists()
+    assert find_runs(tmp_path / "driven") == find_partial_runs(tmp_path / "driven") == []
     served.stop()
     assert (load_served(served.out)[1].poses == [0.0, 0.0, 0.0]).all()
     platform = robot_for(on_robot(stage), lambda: None, Connection(), Observer())
