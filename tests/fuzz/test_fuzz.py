@@ -51,6 +51,8 @@ RAW_EXCUSED = {
     "taskslam.record.place": "opens to sync",
     "taskslam.record.resumption": "opens to write",
     "taskslam.record.served": "opens to write",
+    "taskslam.ros.ros2.bridge_process": "frames of bounded length from our own process",
+    "taskslam.ros.ros2.domain": "opens files in shared memory to try their locks",
     "taskslam.benchmark.sealing": "a secret of 32 bytes, of which no more are read",
     "taskslam.endings": "opens to write",
     "taskslam.processes.compiled_cache": "bytes that are copied and not read",
