@@ -30,7 +30,7 @@ peers:
 	  $$SUDO apt-get install -y -qq --no-install-recommends $$(cat tests/ros/debian_packages.txt tests/benchmark/campaign/debian_packages.txt); }
 
 torture: $(VENV)/.installed-dev
-	TASKSLAM_TORTURE=1 $(BIN)/python -m pytest tests/adversaries
+	TASKSLAM_TORTURE=1 $(BIN)/python -m pytest tests/adversaries tests/ros/test_robot_tour.py
 	$(BIN)/python tools/torture.py --kills 200
 
 # Campaigns on Slurm and on Ray, of which a machine is killed; ray is a large package, and starting it takes a minute.

@@ -31,11 +31,21 @@ class Part(BaseModel):
 
 
 class Waypoint(Part):
-    """A pose in `map`: metres and radians; theta may lie outside (-pi, pi], as in the published tables."""
+    """A pose in `map`: metres and radians; theta may lie outside (-pi, pi], as in the published tables.
+
+    It may be written `yaw`, as ROS tools do.
+    """
 
     x: Coordinate
     y: Coordinate
     theta: Coordinate
+
+    @model_validator(mode="before")
+    @classmethod
+    def _yaw_as_theta(cls, raw: object) -> object:
+        if isinstance(raw, dict) and "yaw" in raw and "theta" not in raw:
+            return {"theta" if key == "yaw" else key: value for key, value in raw.items()}
+        return raw
 
     @property
     def pose(self) -> SE2:

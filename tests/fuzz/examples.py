@@ -53,6 +53,7 @@ from taskslam.record import (
 )
 from taskslam.record.journal import JournalWriter
 from taskslam.record.resumption import Tally, add_tally
+from taskslam.record.served import Served, ServedRecord
 from taskslam.record.trajectories import SpatialTrajectory, write_trajectory
 from taskslam.robot import Robot, load_robot
 from taskslam.scenario import load_scenario
@@ -98,6 +99,9 @@ def scenarios(folder: Path) -> None:
             "sequence:\n  waypoints: [[1.0, 2.0, 0.5], [3, 0, 0]]\n  path: [0, 1, 0]\n",
             "files.yaml": "name: tour\nfloor_plan: {map: plan.yaml}\nstart: {x: 0.5, y: 1, theta: 0.1}\n"
             "sequence: {waypoints_file: waypoints.txt, path_file: path.txt}\n",
+            "goals.yaml": "name: tour\nworld: {name: house}\nstart: {x: 0.5, y: 1, yaw: 0.1}\n"
+            "sequence: {waypoints_file: list.yaml}\n",
+            "list.yaml": "waypoints:\n- {x: 1.0, y: 2.0, yaw: 0.5}\n- [3, 0, 0]\n",
             "waypoints.txt": "# index x y theta\n0 1.0 2.0 0.5\n1 3.0 0.0 0.0\n2 3.0 4.0 -1.0\n",
             "path.txt": "0\n1\n2 # the last\n",
         },
@@ -280,6 +284,32 @@ def interrupted(folder: Path) -> None:
         tally = Tally(round=number, began_utc="2030-01-01T00:00:00Z", wall_s=1.0, compute_s=0.5, peak_bytes=1 << 20)
         add_tally(folder / "tally.jsonl", tally)
     journal.close()
+
+
+def served(folder: Path) -> None:
+    """The record of a served robot."""
+    content = Served(
+        scenario={"name": "tour"}, robot={"name": "turtlebot2"}, seed=3, ros=1, variables={"ROS_DOMAIN_ID": "3"},
+        pace="in step", epoch=1000 * SECOND, publishes_truth=False, versions={}, machine={}, started_utc="2030-01-01",
+    )  # fmt: skip
+    with ServedRecord(folder / "served", content) as record:
+        for number in range(20):
+            record.truth((1000 + number) * SECOND, SE2(0.1 * number, 0.0, 0.01 * number))
+        record.end(20 * SECOND, 20.0, 0, 100)
+    for file in (folder / "served").iterdir():
+        file.rename(folder / file.name)
+    (folder / "served").rmdir()
+
+
+def connections(folder: Path) -> None:
+    put(
+        folder,
+        {
+            "robot.yaml": "graph: http://robot:11311\ntopics: {/scan: /front/scan, /cmd_vel: /base/cmd_vel}\n"
+            "base: base_link\nlimits: {linear: 0.3, angular: 1.0}\nstop: /emergency_stop\n"
+            "fresh: 0.4\nlook: 2\nclock: 0.1\n"
+        },
+    )
 
 
 def card(folder: Path) -> None:

@@ -29,9 +29,11 @@ from taskslam.realworld.setup_file import InsideOutSetup, OutsideInSetup, Place,
 from taskslam.record import load_run
 from taskslam.record.journal import read_journal
 from taskslam.record.resumption import read_resumption
+from taskslam.record.served import load_served
 from taskslam.record.trajectories import read_spatial_trajectory
 from taskslam.report import write_report
 from taskslam.robot import load_robot
+from taskslam.ros.connection import load_connection
 from taskslam.ros.node_file import load_node
 from taskslam.scenario import load_scenario
 from taskslam.simulation.rendering.scene_cache import load_prepared
@@ -99,8 +101,8 @@ def _resumption(folder: Path) -> None:
 
 
 def _scenario(folder: Path, name: str) -> None:
-    for file in (name,) if name.endswith(".yaml") else ("files.yaml",):
-        load_scenario(folder / file)
+    file = {"list.yaml": "goals.yaml"}.get(name, name)
+    load_scenario(folder / (file if file.endswith(".yaml") else "files.yaml"))
 
 
 def _setup(folder: Path, name: str) -> None:
@@ -220,6 +222,9 @@ READERS = {
                ("taskslam.benchmark.campaign.campaign_file",)),
         Reader("plan", examples.planned, whole(_planned),
                ("taskslam.benchmark.campaign.plan_file", "taskslam.benchmark.campaign.notes")),
+        Reader("connection", examples.connections, one(load_connection), ("taskslam.ros.connection",)),
+        Reader("served", examples.served, whole(load_served), ("taskslam.record.served",),
+               only=("served.json", "truth.tum")),
         Reader("lab", examples.shipped("taskslam.lab", "labs", "house_cameras", "tsrb_long_ceiling"), one(load_lab),
                ("taskslam.lab.lab_file",)),
         Reader("setup", examples.setups, _setup, ("taskslam.realworld.setup_file",)),

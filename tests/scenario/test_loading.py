@@ -163,3 +163,30 @@ def test_a_path_index_of_5000_digits_is_refused(write, tmp_path: Path) -> None: 
 def test_a_number_beyond_all_bounds_is_refused(override: str, message: str) -> None:
     with pytest.raises(ScenarioError, match=message):
         load_scenario("house", [override])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "- {x: 1.0, y: 2.0, yaw: 0.5}\n- [3.0, 2.0, 0.0]\n",
+        "start: {x: 0, y: 0, yaw: 0}\nwaypoints:\n- {x: 1, y: 2, yaw: 0.5}\n- {x: 3, y: 2, yaw: 0}\n",
+    ],
+    ids=["a list", "under a key"],
+)  # fmt: skip
+def test_waypoints_may_be_a_yaml_file_as_ros_tools_write_it(text: str, write, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "goals.yaml").write_text(text)
+    file = write(
+        "name: t\nworld: {name: house}\nstart: {x: 0, y: 0, yaw: 1.5}\nsequence: {waypoints_file: goals.yaml}\n"
+    )
+    scenario = load_scenario(file)
+    assert scenario.start.theta == 1.5
+    assert [(goal.x, goal.y, goal.theta) for goal in scenario.sequence.goals] == [(1.0, 2.0, 0.5), (3.0, 2.0, 0.0)]
+
+
+def test_a_yaml_file_without_waypoints_is_refused(write, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "goals.yaml").write_text("goals: 3\n")
+    file = write(
+        "name: t\nworld: {name: house}\nstart: {x: 0, y: 0, theta: 0}\nsequence: {waypoints_file: goals.yaml}\n"
+    )
+    with pytest.raises(ScenarioError, match=r"goals\.yaml: no list of waypoints; expected one of \{x, y, yaw\}"):
+        load_scenario(file)

@@ -116,7 +116,7 @@ def export(stage: Stage, request: ExportRequest, out: Path, observer: Observer |
     heard = sensors | set(card.hears(fitted(stage.robot.rig)))
     until = None if request.seconds is None else round(request.seconds * NANOSECONDS)
     with whole_folder(out) as folder, closing(_writer(request.format, folder, stage, sensors)) as writer:
-        platform = _Recorded(lambda: build_simulator(stage, spec, heard), writer, sensors, until)
+        platform = _Recorded(lambda: build_simulator(stage, spec.seed, heard), writer, sensors, until)
         undertaking = Undertaking(stage, spec, card)
         return record_tour(undertaking, platform, folder / DRIVE, observer, drive=_drive_until_enough)
 

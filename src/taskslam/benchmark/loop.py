@@ -47,7 +47,8 @@ class ClosedLoop:
 
     def start(self, still_s: float) -> None:
         """Put the robot down, start the method, and stand still as long as both need."""
-        self.platform.place(self.origin)
+        if said := self.platform.place(self.origin):
+            self._notice(said)
         self.navigator.reset()
         self.observer.stage("starting the method")
         self.method.start()
@@ -104,6 +105,7 @@ class ClosedLoop:
         until = self.platform.now + TICK
         for measurement in self.platform.advance(until):
             self._sense(measurement)
+        until = max(until, self.platform.now)  # a real robot's time waits for nobody
         for estimate in self.method.collect(until):
             self._localise(estimate)
         step = self.navigator.step(

@@ -42,8 +42,11 @@ class Platform(Protocol):
     def go_on(self, now: int, placed: int, zero_utc: datetime) -> None:
         """Be as after so many calls of `place` at time `now`; asked before the next of them, where `resumable`."""
 
-    def place(self, pose: SE2) -> None:
-        """Begin at `pose` in `map`, at rest, odometry zeroed: put the robot there, or wait until it stands there."""
+    def place(self, pose: SE2) -> str:
+        """Begin at `pose` in `map`, at rest, odometry zeroed: put the robot there, or wait until it stands there.
+
+        What the record should know of how it came there, in a sentence; empty where that is nothing.
+        """
 
     def advance(self, until: int) -> Iterator[Measurement]:
         """Let time run to `until`, yielding measurements in stamp order."""

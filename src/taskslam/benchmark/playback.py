@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from taskslam.benchmark.shifting import shifted
 from taskslam.datasets.dataset import Dataset, TruthPose
 from taskslam.errors import DatasetError
 from taskslam.geometry import SE2, FloatArray, invert_se3
-from taskslam.measurements import NANOSECONDS, ImuSamples, Measurement, Sensor, TruePose, WheelOdometry
+from taskslam.measurements import NANOSECONDS, Measurement, Sensor, TruePose, WheelOdometry
 from taskslam.record import MethodNotice, RunWriter
 from taskslam.sensors import sensor_kind
 from taskslam.slam import Kind, MethodCard, Status
@@ -141,7 +142,7 @@ def play(
         if isinstance(said, WheelOdometry) and beginning.T_odom_start is not None:
             moved = beginning.T_odom_start.inverse() @ said.T_odom_base
             record.pose("odometry", number, said.stamp, T_map_start @ moved.matrix())
-        method.feed(_shifted(said, shift))
+        method.feed(shifted(said, shift))
     collect(played.end + LINGER)
     return played
 
@@ -168,11 +169,3 @@ def _true_pose_at(dataset: Dataset, stamp: int) -> FloatArray | None:
         if truth.stamp > stamp:
             break
     return None if nearest is None or abs(nearest.stamp - stamp) > _NEAR else nearest.T_world_base
-
-
-def _shifted(measurement: Measurement, shift: int) -> Measurement:
-    if not shift:
-        return measurement
-    if isinstance(measurement, ImuSamples):
-        return replace(measurement, stamp=measurement.stamp + shift, stamps=measurement.stamps + shift)
-    return replace(measurement, stamp=measurement.stamp + shift)

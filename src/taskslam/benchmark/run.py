@@ -78,6 +78,7 @@ def run(
     limits: Limits | None = None,
     salt: str | None = None,
     take_over: bool = False,
+    platform: Callable[[MethodCard], Platform] | None = None,
 ) -> tuple[Path, bool]:
     """Drive one run on its stage; its directory, and whether every goal of every round was reached.
 
@@ -85,6 +86,7 @@ def run(
     when one was interrupted. salt: of the sealed run that this one repeats; by default it is made with the secret that
     rests in `out` (`sealing.py`). take_over: go on with this run even if another process seems to be at it, since
     whoever asks knows that it is to be replaced (`record/run_directory.py`).
+    platform: makes the robot for a method with such a card; by default the simulator.
 
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
@@ -110,7 +112,7 @@ def run(
     undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt, take_over)
     for attempt in range(_RETRIES + 1):
         try:
-            return directory, _attempt(undertaking, directory, observer, overwrite)
+            return directory, _attempt(undertaking, directory, observer, overwrite, platform)
         except (HostFailedError, SimulatorFailedError) as failure:
             if attempt == _RETRIES:
                 raise
@@ -145,10 +147,18 @@ def finished_run(directory: Path, spec: RunSpec, salt: str | None = None) -> Man
     return manifest
 
 
-def _attempt(undertaking: Undertaking, directory: Path, observer: Observer, overwrite: bool) -> bool:
+def _attempt(
+    undertaking: Undertaking,
+    directory: Path,
+    observer: Observer,
+    overwrite: bool,
+    robot: Callable[[MethodCard], Platform] | None,
+) -> bool:
     stage, spec, salt = undertaking.stage, undertaking.spec, undertaking.salt
+    if robot is not None:
+        return record_tour(undertaking, robot(undertaking.card), directory, observer, overwrite)
     sensors = undertaking.card.hears(fitted(stage.robot.rig))
-    platform = SimulatedPlatform(lambda: build_simulator(stage, spec, sensors, salt))
+    platform = SimulatedPlatform(lambda: build_simulator(stage, spec.seed, sensors, salt))
     return record_tour(undertaking, platform, directory, observer, overwrite)
 
 
@@ -182,7 +192,7 @@ def record_tour(
             return hosts[-1]
 
         ready = [cast.enter_context(new_host().launched())]
-        observer.stage("building the simulator")
+        observer.stage("opening the platform")
         cast.enter_context(platform)
         if done.rounds:
             platform.go_on(done.now, done.rounds, datetime.fromisoformat(record.began_utc))
@@ -212,10 +222,8 @@ def navigation_settings(scenario: Scenario) -> NavigationSettings:
     return NavigationSettings(goal=GoalSettings(timeout_base=seconds, timeout_factor=0.0))
 
 
-def build_simulator(
-    stage: Stage, spec: RunSpec, sensors: Collection[Sensor] = (), salt: str | None = None
-) -> Simulator:
-    """The simulator of a run, with the sensors that navigation listens to, and those that the method and others need.
+def build_simulator(stage: Stage, seed: int, sensors: Collection[Sensor] = (), salt: str | None = None) -> Simulator:
+    """The simulator of a run of that seed, with the sensors that navigation, the method and others listen to.
 
     salt: of a sealed run.
 
@@ -224,7 +232,7 @@ def build_simulator(
     source = source_of(stage.scenario)
     assert stage.world is not None
     try:
-        heard, dice = DEFAULT_SENSORS | set(sensors), salted(spec.seed, salt)
+        heard, dice = DEFAULT_SENSORS | set(sensors), salted(seed, salt)
         simulator = Simulator(stage.world, stage.robot, dice, source.lidar_geometry, heard)
     except TaskSlamError:
         raise

@@ -53,9 +53,10 @@ class SimulatedPlatform(Platform):
         self._simulator.go_on(now, placed)
         self._opened = zero_utc
 
-    def place(self, pose: SE2) -> None:
+    def place(self, pose: SE2) -> str:
         """Put the robot down at `pose`; time goes on."""
         self._simulator.reset(pose)
+        return ""
 
     def advance(self, until: int) -> Iterator[Measurement]:
         """Run to `until` (ns), yielding measurements in stamp order."""

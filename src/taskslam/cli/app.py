@@ -26,6 +26,7 @@ from taskslam.cli import (
     run,
     runs,
     scenarios,
+    serve,
     suite,
     tags,
     verify,
@@ -44,6 +45,7 @@ app = typer.Typer(
 )
 app.command("demo")(run.demo)
 app.command("run")(run.run)
+app.command("serve")(serve.serve)
 app.command("suite")(suite.suite)
 app.add_typer(campaign.app, name="campaign")
 app.command("choose")(choose.choose)

@@ -71,6 +71,23 @@ def inside_out(
     _print(runs)
 
 
+@app.command("served")
+def served(
+    run: Annotated[Path, typer.Argument(help="The run directory of a tour on a robot that we served.")],
+    by: Annotated[Path, typer.Option(help="The folder of the served robot's record.")] = Path("served"),
+    out: Out = Path("measured"),
+    overwrite: Overwrite = False,
+) -> None:
+    """Take the true poses from the record of our served simulator, which was the robot.
+
+    Examples:
+        taskslam measure served results/house/karto/without-map/seed0 --by served
+    """
+    from taskslam.realworld.served_truth import measure_served
+
+    say(str(measure_served(run, by, out, overwrite)))
+
+
 def _progress() -> AbstractContextManager[Progress]:
     from contextlib import contextmanager
 

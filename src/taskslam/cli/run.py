@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from taskslam.cli.console import say
 from taskslam.cli.options import parse_options
 from taskslam.mode import Mode
+
+if TYPE_CHECKING:
+    from taskslam.benchmark.platform import Platform
+    from taskslam.benchmark.stage import Stage
+    from taskslam.observer import Observer
+    from taskslam.ros.transport import Transport
+    from taskslam.slam.base import MethodCard
 
 
 class ModeChoice(StrEnum):
@@ -20,6 +28,14 @@ class ModeChoice(StrEnum):
     WITHOUT_MAP = Mode.WITHOUT_MAP.value
     WITH_MAP = Mode.WITH_MAP.value
     BOTH = "both"
+
+
+class PlatformChoice(StrEnum):
+    """What drives."""
+
+    SIMULATOR = "simulator"
+    ROS1 = "ros1"
+    ROS2 = "ros2"
 
 
 class LatencyChoice(StrEnum):
@@ -52,6 +68,13 @@ def run(
         bool, typer.Option("--sealed", help="Noise that a method cannot guess; run.json then says how to repeat it.")
     ] = False,
     salt: Annotated[str, typer.Option(help="Repeat a sealed run: the salt that its run.json holds.")] = "",
+    platform: Annotated[
+        PlatformChoice, typer.Option(help="Our simulator, or a robot that answers over ROS.")
+    ] = PlatformChoice.SIMULATOR,
+    connection: Annotated[
+        Path | None, typer.Option(help="A robot's topics, frames, limits and stop button: a YAML file.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Look at the robot, and drive nothing.")] = False,
     overwrite: Annotated[bool, typer.Option(help="Drive again what is finished already.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no tables.")] = False,
 ) -> None:
@@ -67,6 +90,8 @@ def run(
         taskslam run my_tour.yaml -m karto --mode with-map --set protocol.pause=2 --latency measured --cpu-scale 4
 
         taskslam run house -m karto --mode with-map --rounds 2 --sealed
+
+        taskslam run my_tour.yaml -m karto --platform ros1 --connection my_robot.yaml
     """
     from taskslam.benchmark.sealing import checked_salt
     from taskslam.benchmark.sealing import sealed as seal
@@ -81,9 +106,16 @@ def run(
     ways = [(name, chosen, seed, options, delay, is_sealed) for name in method for chosen in _modes(mode)]
     if salt and len(ways) != 1:
         raise InputError(f"--salt repeats one run; expected one method and one mode, not {len(ways)} runs")
+    robot = _Robot(int(platform.value[-1]), connection, dry_run) if platform is not PlatformChoice.SIMULATOR else None
+    if robot is None and (connection or dry_run):
+        raise InputError("--connection and --dry-run are for a robot: expected --platform ros1 or ros2 too")
+    if robot is not None and is_sealed:
+        raise InputError("--sealed and --salt are for the simulator: a robot has no dice")
     with seal(out, sealed and not salt):
         given = checked_salt(salt) if salt else None
-        complete = _drive(scenario, overrides, ways, out, world_path or [], overwrite, quiet, given)
+        complete = _drive(scenario, overrides, ways, out, world_path or [], overwrite, quiet, given, robot)
+    if dry_run:
+        raise typer.Exit(0)
     _conclude(out, quiet)
     raise typer.Exit(0 if complete else 1)
 
@@ -107,6 +139,15 @@ def _modes(choice: ModeChoice) -> list[Mode]:
     return list(Mode) if choice is ModeChoice.BOTH else [Mode(choice)]
 
 
+@dataclass(frozen=True)
+class _Robot:
+    """A robot that answers over ROS, of this version. dry: it is only looked at."""
+
+    ros: int
+    connection: Path | None
+    dry: bool
+
+
 def _drive(
     scenario: str,
     overrides: list[str],
@@ -116,6 +157,7 @@ def _drive(
     overwrite: bool,
     quiet: bool,
     salt: str | None = None,
+    robot: _Robot | None = None,
 ) -> bool:
     from taskslam.benchmark.run import run as drive
     from taskslam.benchmark.stage import set_stage
@@ -131,12 +173,35 @@ def _drive(
         stage = set_stage(loaded, world_paths, observer)
         for warning in stage.world.warnings if stage.world is not None else ():
             observer.notice(warning)
+        platform = None
+        if robot is not None:
+            stage, platform = _on_robot(stage, robot, observer)
         for way in ways:
             spec = stage.spec(*way)
             observer.run_begins(spec.title)
-            _, complete = drive(stage, spec, out, observer, overwrite, salt=salt)
+            if robot is not None and robot.dry:
+                assert platform is not None
+                with platform(card_of(spec.method)):
+                    say(f"{spec.title}: the robot is ready")
+                continue
+            _, complete = drive(stage, spec, out, observer, overwrite, salt=salt, platform=platform)
             all_complete = all_complete and complete
     return all_complete
+
+
+def _on_robot(stage: Stage, robot: _Robot, observer: Observer) -> tuple[Stage, Callable[[MethodCard], Platform]]:
+    """The stage without a simulator, and who makes the robot."""
+    from taskslam.benchmark.robot_tour import on_robot, robot_for
+    from taskslam.ros.connection import Connection, load_connection
+    from taskslam.ros.opening import join_graph
+
+    connection = load_connection(robot.connection) if robot.connection else Connection()
+    stage = on_robot(stage)
+
+    def connect() -> Transport:
+        return join_graph(robot.ros, "/taskslam_tour", connection.graph, connection.setup)
+
+    return stage, robot_for(stage, connect, connection, observer)
 
 
 def _conclude(out: Path, quiet: bool) -> None:

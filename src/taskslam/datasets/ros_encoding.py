@@ -22,6 +22,7 @@ from taskslam.datasets.quaternions import planar_quaternion
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.robot import Camera, Robot
+from taskslam.world.floor_plan import FloorPlan
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -95,6 +96,37 @@ class RosEncoder:
         transform = self._transform(stamp, ODOM, BASE, [at.x, at.y, 0.0], [0.0, 0.0, z, w])
         return self.new("tf2_msgs/msg/TFMessage", transforms=[transform])
 
+    def pose(self, at: SE2) -> Any:
+        """geometry_msgs/Pose on the floor."""
+        z, w = planar_quaternion(at.theta)
+        return self.new(
+            "geometry_msgs/msg/Pose",
+            position=self.new("geometry_msgs/msg/Point", x=float(at.x), y=float(at.y), z=0.0),
+            orientation=self.new("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w),
+        )
+
+    def pose_stamped(self, stamp: int, frame: str, at: SE2) -> Any:
+        """geometry_msgs/PoseStamped on the floor."""
+        return self.new("geometry_msgs/msg/PoseStamped", header=self.header(stamp, frame), pose=self.pose(at))
+
+    def floor_plan(self, stamp: int, plan: FloorPlan) -> Any:
+        """nav_msgs/OccupancyGrid: the floor plan as map_server publishes it; -1 is unknown."""
+        rows, columns = plan.cells.shape
+        info = self.new(
+            "nav_msgs/msg/MapMetaData",
+            map_load_time=self.time(stamp),
+            resolution=plan.resolution,
+            width=columns,
+            height=rows,
+            origin=self.pose(plan.origin),
+        )
+        return self.new(
+            "nav_msgs/msg/OccupancyGrid",
+            header=self.header(stamp, MAP),
+            info=info,
+            data=plan.cells.astype(np.int8).ravel(),  # UNKNOWN, 255, becomes -1
+        )
+
     def _transform(self, stamp: int, parent: str, child: str, xyz: list[float], xyzw: list[float]) -> Any:
         x, y, z, w = xyzw
         return self.new(
@@ -110,22 +142,19 @@ class RosEncoder:
 
     def odometry(self, stamp: int, frame: str, at: SE2, linear: float, angular: float) -> Any:
         """nav_msgs/Odometry of the base in a frame, with its velocities (m/s, rad/s)."""
-        z, w = planar_quaternion(at.theta)
-        pose = self.new(
-            "geometry_msgs/msg/Pose",
-            position=self.new("geometry_msgs/msg/Point", x=float(at.x), y=float(at.y), z=0.0),
-            orientation=self.new("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=z, w=w),
-        )
-        twist = self.new(
-            "geometry_msgs/msg/Twist", linear=self.vector(linear, 0, 0), angular=self.vector(0, 0, angular)
-        )
         return self.new(
             "nav_msgs/msg/Odometry",
             header=self.header(stamp, frame),
             child_frame_id=self.frame(BASE),
-            pose=self.new("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=np.zeros(36)),
-            twist=self.new("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36)),
+            pose=self.new("geometry_msgs/msg/PoseWithCovariance", pose=self.pose(at), covariance=np.zeros(36)),
+            twist=self.new(
+                "geometry_msgs/msg/TwistWithCovariance", twist=self.twist(linear, angular), covariance=np.zeros(36)
+            ),
         )
+
+    def twist(self, linear: float, angular: float) -> Any:
+        """geometry_msgs/Twist of a base: m/s ahead and rad/s to the left."""
+        return self.new("geometry_msgs/msg/Twist", linear=self.vector(linear, 0, 0), angular=self.vector(0, 0, angular))
 
     def image(self, stamp: int, frame: str, image: npt.NDArray[Any]) -> Any:
         """sensor_msgs/Image: grey or RGB of 8 bits, or float32 such as depth (REP-118)."""

@@ -69,14 +69,18 @@ def read_arrivals(source: RunSource, setup: Setup) -> ArrivalLog:
     if is_folder(first) and is_there(first / MANIFEST):
         if len(source.arrivals) > 1:
             raise InputError(f"{first}: a run directory holds all its rounds; expected it alone")
-        return _from_record(first, source)
+        return log_of_run(first, source.method, source.time_zero)
     return _from_files([setup.path(name) for name in source.arrivals], source, setup)
 
 
-def _from_record(directory: Path, source: RunSource) -> ArrivalLog:
+def log_of_run(directory: Path, method: str | None = None, time_zero: float | None = None) -> ArrivalLog:
+    """The arrivals of a run directory. method: its name, instead of the run's; time_zero: s since 1970 of its t = 0.
+
+    Raises InputError where it holds no arrival, RecordError where it is damaged.
+    """
     record = load_run(directory)
     manifest = record.manifest
-    zero = round(source.time_zero * NANOSECONDS) if source.time_zero is not None else _started(manifest, directory)
+    zero = round(time_zero * NANOSECONDS) if time_zero is not None else _started(manifest, directory)
     priming = {event.round: event.priming for event in record.events if isinstance(event, RoundStarted)}
     arrivals = tuple(
         LoggedArrival(zero + event.t, event.round, event.goal, priming.get(event.round, False))
@@ -85,9 +89,7 @@ def _from_record(directory: Path, source: RunSource) -> ArrivalLog:
     )
     if not arrivals:
         raise InputError(f"{directory}: the journal holds no arrival; there is nothing to measure")
-    return ArrivalLog(
-        arrivals, manifest.goals, source.method or manifest.method, manifest.mode, manifest.rounds, zero, record
-    )
+    return ArrivalLog(arrivals, manifest.goals, method or manifest.method, manifest.mode, manifest.rounds, zero, record)
 
 
 def _started(manifest: Manifest, directory: Path) -> int:

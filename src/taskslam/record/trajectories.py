@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from taskslam.errors import RecordError
 from taskslam.files import write_whole
-from taskslam.geometry import FloatArray, wrap
+from taskslam.geometry import SE2, FloatArray, wrap
 from taskslam.measurements import NANOSECONDS
 from taskslam.record.number_table import read_number_table
 
@@ -119,6 +119,11 @@ def seconds(stamp: int) -> str:
     """Integer nanoseconds as seconds with nine decimals, exactly."""
     whole, rest = divmod(abs(stamp), NANOSECONDS)
     return f"{'-' if stamp < 0 else ''}{whole}.{rest:09d}"
+
+
+def planar_line(stamp: int, pose: SE2) -> str:
+    """One pose as a line of a file that is written while it grows, after `HEADER`; without the line's end."""
+    return next(iter(_planar_rows(np.array([stamp]), np.array([[pose.x, pose.y, pose.theta]]))))
 
 
 def _planar_rows(stamps: npt.NDArray[np.int64], numbers: FloatArray) -> Iterable[str]:

@@ -41,7 +41,7 @@ class Publication:
 
     def __init__(self, topic: str, kind: str, store: Typestore, latch: bool, patience_s: float) -> None:
         self.topic, self.kind = topic, kind
-        self._name = _long(kind)
+        self._name = long(kind)
         self.definition, self.md5 = store.generate_msgdef(self._name, ros_version=1)
         self._store, self._patience_s = store, patience_s
         self._latched: bytes | None = None
@@ -60,9 +60,11 @@ class Publication:
     def publish(self, message: Any) -> None:
         """To all subscribers, and to later ones too if it is latched.
 
-        Raises SlowSubscriberError: one of them has read nothing for so long that no more fits.
+        Raises SlowSubscriberError: one of them has read nothing for so long that no more fits. All others were sent
+        the message, and it is left: half a message was the last that it could have read.
         """
         content = bytes(self._store.serialize_ros1(message, self._name))
+        slow: list[str] = []
         with self._lock:
             if self._numbered:
                 content = _SEQUENCE.pack(self._count & 0xFFFFFFFF) + content[_SEQUENCE.size :]
@@ -73,12 +75,16 @@ class Publication:
             for connection, name in list(self._connections.items()):
                 try:
                     connection.sendall(data)
-                except TimeoutError as error:
-                    raise SlowSubscriberError(
-                        f"{self.topic}: {name} has read nothing for {self._patience_s:g} s, and its queue is full"
-                    ) from error
+                except TimeoutError:
+                    slow.append(name)
+                    self._drop(connection)
                 except OSError:
                     self._drop(connection)
+        if slow:
+            who = " and ".join(slow)
+            raise SlowSubscriberError(
+                f"{self.topic}: {who} has read nothing for {self._patience_s:g} s, and its queue is full"
+            )
 
     def accept(self, connection: socket.socket, header: tcpros.Header, ours: Mapping[str, str]) -> None:
         """Take a subscriber, or tell it why not."""
@@ -106,10 +112,13 @@ class Publication:
 
 
 class Node:
-    """A node. name: whole, as /taskslam; master: its URI. complaints: why peers were refused, or refused us."""
+    """A node. name: whole, as /taskslam; master: its URI. complaints: why peers were refused, or refused us.
 
-    def __init__(self, name: str, master: str, patience_s: float = _PATIENCE_S) -> None:
-        self.name, self._master, self._patience_s = name, master, patience_s
+    host: this machine's address, by which peers find the node; by default only those on this machine do.
+    """
+
+    def __init__(self, name: str, master: str, patience_s: float = _PATIENCE_S, host: str = HERE) -> None:
+        self.name, self._master, self._patience_s, self._host = name, master, patience_s, host
         self.store = ros_types(Stores.ROS1_NOETIC)
         self.complaints: list[str] = []
         self._publications: dict[str, Publication] = {}
@@ -117,8 +126,8 @@ class Node:
         self._links: dict[tuple[str, str], socket.socket | None] = {}
         self._lock = threading.Lock()
         self._closed = False
-        self._listener = socket.create_server((HERE, 0))
-        self._server = Server(self)
+        self._listener = socket.create_server((host, 0))
+        self._server = Server(self, host)
         threading.Thread(target=self._accept, name="tcpros", daemon=True).start()
 
     def functions(self) -> Mapping[str, Any]:
@@ -145,7 +154,7 @@ class Node:
 
     def subscribe(self, topic: str, kind: str, heard: Heard) -> None:
         """Have `heard` told of every message."""
-        md5 = self.store.generate_msgdef(_long(kind), ros_version=1)[1]
+        md5 = self.store.generate_msgdef(long(kind), ros_version=1)[1]
         self._subscriptions[topic] = kind, md5, heard
         self._publisher_update(self.name, topic, self.ask("registerSubscriber", topic, kind, self._server.uri))
 
@@ -157,7 +166,7 @@ class Node:
     def decode(self, kind: str, data: bytes | bytearray) -> Any:
         """The message of some bytes. Raises RosError: they are no such message."""
         try:
-            return self.store.deserialize_ros1(memoryview(data), _long(kind))
+            return self.store.deserialize_ros1(memoryview(data), long(kind))
         except Exception as error:  # of many kinds, on damaged bytes
             raise RosError(f"not a {kind}: {error}") from error
 
@@ -208,7 +217,7 @@ class Node:
             raise RosError(f"{self.name} does not publish {topic}")
         if not any(protocol[:1] == ["TCPROS"] for protocol in protocols):
             raise RosError(f"{self.name} speaks TCPROS, {caller} does not")
-        return ["TCPROS", HERE, self._listener.getsockname()[1]]
+        return ["TCPROS", self._host, self._listener.getsockname()[1]]
 
     def _publisher_update(self, caller: str, topic: str, publishers: list[str]) -> int:  # noqa: ARG002
         with self._lock:
@@ -270,7 +279,7 @@ class Node:
             self.complaints.append(words)
 
 
-def _long(kind: str) -> str:
+def long(kind: str) -> str:
     """A type as rosbags writes it: `sensor_msgs/msg/LaserScan`."""
     package, _, name = kind.partition("/")
     return f"{package}/msg/{name}"

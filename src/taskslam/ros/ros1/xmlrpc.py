@@ -28,12 +28,12 @@ class Api(Protocol):
 
 
 class Server:
-    """Serves an API on a port of its own. uri: where."""
+    """Serves an API on a port of its own, at one address of this machine. uri: where."""
 
-    def __init__(self, api: Api) -> None:
-        self._server = _Threaded((HERE, 0), _Handler, logRequests=False, allow_none=True)
+    def __init__(self, api: Api, host: str = HERE) -> None:
+        self._server = _Threaded((host, 0), _Handler, logRequests=False, allow_none=True)
         self._server.register_instance(_Dispatcher(api.functions()))
-        self.uri = f"http://{HERE}:{self._server.server_address[1]}/"
+        self.uri = f"http://{host}:{self._server.server_address[1]}/"
         threading.Thread(target=self._server.serve_forever, args=(0.05,), name="xmlrpc", daemon=True).start()
 
     def close(self) -> None:
