@@ -12,29 +12,15 @@ from pathlib import Path
 
 import pytest
 
+from small_tour import write_tour
+
 ROUNDS = 60
 
 
 @pytest.fixture
 def tour(tmp_path: Path) -> Path:
     """Many short rounds in a room without anything in it."""
-    walls = "".join(
-        f"<collision name='c{n}'>{box}</collision><visual name='v{n}'>{box}</visual>"
-        for n, box in enumerate(
-            f"<geometry><box><size>{sx} {sy} 1</size></box></geometry><pose>{x} {y} 0.5 0 0 0</pose>"
-            for x, y, sx, sy in ((-3, 0, 0.2, 6), (3, 0, 0.2, 6), (0, -3, 6, 0.2), (0, 3, 6, 0.2))
-        )
-    )
-    (tmp_path / "room.world").write_text(
-        "<sdf version='1.6'><world name='w'><model name='walls'><static>1</static>"
-        f"<link name='l'>{walls}</link></model></world></sdf>"
-    )
-    file = tmp_path / "tour.yaml"
-    file.write_text(
-        f"name: tour\nworld: {{file: {tmp_path / 'room.world'}}}\nfloor_plan: {{resolution: 0.1}}\n"
-        "start: {x: 0, y: 0, theta: 0}\nsequence: {waypoints: [[0.3, 0.0, 0.0]]}\n"
-        f"protocol: {{rounds: {ROUNDS}, pause: 0.1, still_start: 0.1}}\n"
-    )
+    file = write_tour(tmp_path, [[0.3, 0.0, 0.0]], f"rounds: {ROUNDS}, pause: 0.1, still_start: 0.1")
     (tmp_path / "suite.yaml").write_text(
         f"name: s\nscenarios: [{file}]\nseeds: [0]\nmethods: [karto]\nrounds: {ROUNDS}\n"
     )

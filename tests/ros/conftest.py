@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 import yaml
 
+from small_tour import write_tour
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.processes.guest import Limits
 from taskslam.robot import SensorRig, load_robot
@@ -53,24 +54,7 @@ def peers() -> Path:
 @pytest.fixture
 def world_file(tmp_path: Path) -> Path:
     """A scenario's file: two goals in a room of 6 m with nothing in it."""
-    walls = "".join(
-        f"<collision name='c{n}'>{box}</collision><visual name='v{n}'>{box}</visual>"
-        for n, box in enumerate(
-            f"<geometry><box><size>{sx} {sy} 1</size></box></geometry><pose>{x} {y} 0.5 0 0 0</pose>"
-            for x, y, sx, sy in ((-3, 0, 0.2, 6), (3, 0, 0.2, 6), (0, -3, 6, 0.2), (0, 3, 6, 0.2))
-        )
-    )
-    (tmp_path / "room.world").write_text(
-        "<sdf version='1.6'><world name='w'><model name='walls'><static>1</static>"
-        f"<link name='l'>{walls}</link></model></world></sdf>"
-    )
-    file = tmp_path / "tour.yaml"
-    file.write_text(
-        f"name: tour\nworld: {{file: {tmp_path / 'room.world'}}}\nfloor_plan: {{resolution: 0.1}}\n"
-        "start: {x: 0, y: 0, theta: 0}\nsequence: {waypoints: [[0.4, 0.0, 0.0], [0.4, 0.3, 1.5]]}\n"
-        "protocol: {rounds: 1, pause: 0.5, still_start: 0.5}\n"
-    )
-    return file
+    return write_tour(tmp_path, [[0.4, 0.0, 0.0], [0.4, 0.3, 1.5]], "rounds: 1, pause: 0.5, still_start: 0.5")
 
 
 @pytest.fixture(scope="session")

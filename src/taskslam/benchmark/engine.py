@@ -23,6 +23,7 @@ class Ending(StrEnum):
     SUBMITTED = "submitted"
     UNAVAILABLE = "method not installed"
     REFUSED = "refused"
+    NOT_NEEDED = "not needed any more"
     FAILED = "infrastructure failed"
 
 

@@ -53,6 +53,9 @@ Submit = Annotated[
 ]
 Address = Annotated[str, typer.Option(help="Of the Ray cluster; default: one on this machine.")]
 Cheapest = Annotated[bool, typer.Option("--cheapest-first", help="In the order of their prices.")]
+UntilDecided = Annotated[
+    bool, typer.Option("--until-decided", help="Seed by seed, and no further once one method is told the best.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
 
 
@@ -104,6 +107,7 @@ def run(
     sbatch: Submit = None,
     address: Address = "",
     cheapest_first: Cheapest = False,
+    until_decided: UntilDecided = False,
     quiet: Quiet = False,
 ) -> None:
     """Drive a campaign. Start it again after a stop: it goes on.
@@ -114,6 +118,8 @@ def run(
     Examples:
         taskslam campaign run paper --worlds builtin --jobs 2
 
+        taskslam campaign run my_campaign.yaml --until-decided
+
         taskslam campaign run my_campaign.yaml --engine slurm --sbatch=--partition=long --sbatch=--time=8:00:00
 
         taskslam campaign run my_campaign.yaml --engine ray --address ray://head:10001
@@ -122,7 +128,7 @@ def run(
 
     kept, folder = _planned(file, out, worlds, world_path or [], quiet)
     write_plan(folder, kept.campaign, kept.plan)
-    _drive(kept, folder, engine, jobs, sbatch or [], address, cheapest_first, quiet)
+    _drive(kept, folder, engine, jobs, sbatch or [], address, cheapest_first, until_decided, quiet)
 
 
 @app.command("resume")
@@ -134,6 +140,7 @@ def resume(
     sbatch: Submit = None,
     address: Address = "",
     cheapest_first: Cheapest = False,
+    until_decided: UntilDecided = False,
     quiet: Quiet = False,
 ) -> None:
     """Go on with a campaign as it was planned, whatever its file says by now.
@@ -142,7 +149,7 @@ def resume(
         taskslam campaign resume paper --jobs 2
     """
     kept, folder = _begun(file, out)
-    _drive(kept, folder, engine, jobs, sbatch or [], address, cheapest_first, quiet)
+    _drive(kept, folder, engine, jobs, sbatch or [], address, cheapest_first, until_decided, quiet)
 
 
 @app.command("status")
@@ -271,16 +278,25 @@ def _drive(
     sbatch: list[str],
     address: str,
     cheapest_first: bool,
+    until_decided: bool,
     quiet: bool,
 ) -> None:
     from taskslam.benchmark.campaign.planning import Plan
     from taskslam.benchmark.campaign.price import Prices
+    from taskslam.benchmark.engines.until_decided import UntilDecided, check_comparable
+    from taskslam.errors import InputError
 
     campaign, plan = kept.campaign, kept.plan
     if cheapest_first:
         specs = tuple(Prices(plan.specs, out, campaign.resources).cheapest_first(plan.specs))
         plan = Plan(specs, plan.refused, plan.folders)
-    drive_planned(plan, _engine(kept, choice, jobs, sbatch, address), out, campaign.sealed, quiet)
+    engine = _engine(kept, choice, jobs, sbatch, address)
+    if until_decided:
+        if choice is EngineChoice.SLURM:
+            raise InputError("--until-decided needs results as they come; expected --engine local or ray")
+        check_comparable(plan.specs)
+        engine = UntilDecided(engine, say)
+    drive_planned(plan, engine, out, campaign.sealed, quiet)
 
 
 def _engine(kept: KeptPlan, choice: EngineChoice, jobs: int | None, sbatch: list[str], address: str) -> Engine:

@@ -10,26 +10,13 @@ from pathlib import Path
 
 import pytest
 
-WALLS = ((-3, 0, 0.2, 6), (3, 0, 0.2, 6), (0, -3, 6, 0.2), (0, 3, 6, 0.2))
-BOX = "<geometry><box><size>{2} {3} 1</size></box></geometry><pose>{0} {1} 0.5 0 0 0</pose>"
+from small_tour import write_tour
 
 
 @pytest.fixture
 def tour(tmp_path: Path) -> Path:
     """The file of a tour of one goal, which takes a second of simulated time a round."""
-    boxes = enumerate(BOX.format(*wall) for wall in WALLS)
-    walls = "".join(f"<collision name='c{n}'>{box}</collision><visual name='v{n}'>{box}</visual>" for n, box in boxes)
-    (tmp_path / "room.world").write_text(
-        "<sdf version='1.6'><world name='w'><model name='walls'><static>1</static>"
-        f"<link name='l'>{walls}</link></model></world></sdf>"
-    )
-    file = tmp_path / "tour.yaml"
-    file.write_text(
-        f"name: tour\nworld: {{file: {tmp_path / 'room.world'}}}\nfloor_plan: {{resolution: 0.1}}\n"
-        "start: {x: 0, y: 0, theta: 0}\nsequence: {waypoints: [[0.3, 0.0, 0.0]]}\n"
-        "protocol: {pause: 0.1, still_start: 0.1}\n"
-    )
-    return file
+    return write_tour(tmp_path, [[0.3, 0.0, 0.0]], "pause: 0.1, still_start: 0.1")
 
 
 @pytest.fixture
