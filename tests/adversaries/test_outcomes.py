@@ -125,7 +125,7 @@ IMPORTED = [
 
 @pytest.mark.parametrize("act", [*ACTS] if TORTURE else IMPORTED)
 def test_an_act_while_it_is_imported_ends_no_benchmark(
-    act: str, stage: Stage, guests: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    act: str, stage: Stage, guests: Path, own_temporary_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from taskslam.slam import cards
 

@@ -17,6 +17,13 @@ from taskslam.benchmark.engines import supervised
 from taskslam.benchmark.engines.local import LocalEngine
 from taskslam.benchmark.stage import Stage
 from taskslam.mode import Mode
+from taskslam.slam.cards import card_of
+
+
+@pytest.fixture(autouse=True)
+def known() -> None:
+    """The method is described before a test puts something else in the place of the interpreter that would do it."""
+    card_of("wheel_odometry")
 
 
 @pytest.fixture

@@ -87,7 +87,7 @@ def test_a_run_that_is_refused_says_why_and_the_others_go_on(small_campaign: Pat
     planned = plan(load(small_campaign, methods=("ground_truth",)))
     (refused,), (complete,) = planned.refused, drive(planned, tmp_path / "out")
     assert refused.ending is Ending.REFUSED
-    assert "goal 2 at (60, 0)" in refused.detail
+    assert "goal 1 at (60, 0)" in refused.detail
     assert complete.ending is Ending.COMPLETE
 
 
