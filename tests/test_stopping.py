@@ -124,3 +124,32 @@ def test_a_signal_at_any_moment_of_a_start_or_stop_leaves_no_scratch(tmp_path: P
         process.send_signal(signal.SIGTERM)
         assert process.wait(60) == 7
         assert [entry.name for entry in scratch.iterdir()] == [], moment
+
+
+WAITS_FOR_A_LOCK = """
+import os, signal, threading, time
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np
+from taskslam.table import Table
+Table({"a": np.arange(3)}).to_polars()
+threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+with ThreadPoolExecutor(1) as pool:
+    waiting = pool.submit(time.sleep, 60)
+    try:
+        waiting.result()
+    except KeyboardInterrupt:
+        os._exit(7)
+"""
+
+
+def test_int_ends_a_wait_after_polars_was_imported() -> None:
+    """polars hears INT itself, and by its flags a wait for a lock would go on to its end."""
+    pytest.importorskip("polars")
+    began = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", WAITS_FOR_A_LOCK],
+        timeout=90,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert done.returncode == 7
+    assert time.monotonic() - began < 30

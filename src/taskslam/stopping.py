@@ -57,6 +57,14 @@ def stop_on_signals() -> None:
             signal.signal(one, stop)
 
 
+def waits_are_interrupted() -> None:
+    """See to it that INT ends a wait of the main thread again, after a library was imported that hears INT itself.
+
+    polars has a handler of its own, whose flag (SA_RESTART) lets a wait for a lock go on until the lock is free.
+    """
+    signal.siginterrupt(signal.SIGINT, True)
+
+
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """A block that no StoppedError tears: one that comes meanwhile is raised when the outermost block has ended.

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.errors import InputError, did_you_mean
+from taskslam.stopping import waits_are_interrupted
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class Table:
             import polars as pl
         except ModuleNotFoundError:
             raise InputError("polars is not installed: pip install polars") from None
+        waits_are_interrupted()
         return pl.DataFrame(dict(self.columns))
 
 

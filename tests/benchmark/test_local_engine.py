@@ -18,12 +18,17 @@ from taskslam.benchmark.engines.local import LocalEngine
 from taskslam.benchmark.stage import Stage
 from taskslam.mode import Mode
 from taskslam.slam.cards import card_of
+from taskslam.stopping import waits_are_interrupted
 
 
 @pytest.fixture(autouse=True)
 def known() -> None:
-    """The method is described before a test puts something else in the place of the interpreter that would do it."""
+    """The method is described before a test puts something else in the place of the interpreter that would do it.
+
+    And INT ends waits, whatever a test before has imported.
+    """
     card_of("wheel_odometry")
+    waits_are_interrupted()
 
 
 @pytest.fixture

@@ -24,6 +24,7 @@ from taskslam.printable import printable
 from taskslam.reading import LARGEST_METRICS, is_there, read_bytes
 from taskslam.record import RunRecord, find_runs, load_run
 from taskslam.record.run_directory import MANIFEST
+from taskslam.stopping import waits_are_interrupted
 
 if TYPE_CHECKING:
     import polars as pl
@@ -171,4 +172,5 @@ def _polars() -> Any:
         raise InputError(
             "the table of runs needs polars, which is not installed: pip install 'taskslam[runs]'"
         ) from None
+    waits_are_interrupted()
     return pl
