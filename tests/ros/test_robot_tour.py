@@ -227,6 +227,7 @@ class WallRobot:
             self.us.advertise(topic, kind)
         self.us.subscribe(names.COMMAND, names.KINDS[names.COMMAND])
         self.commands, self.silent, self.x, self.ended = [], False, 5.0, False
+        self.late_every = 10**9  # one message in so many comes half a second late
         self._rig, self._scan, self._encoder = rig, scan, RosEncoder(self.us.store)
         self._thread = threading.Thread(target=self._live)
         self._thread.start()
@@ -247,7 +248,7 @@ class WallRobot:
                 self.commands.append((time.monotonic(), heard.content.linear.x, heard.content.angular.z))
             speed = self.commands[-1][1] if self.commands else 0.0
             self.x += 0.02 * speed
-            now = time.time_ns()
+            now = time.time_ns() - ((tick + 1) % self.late_every == 0) * NANOSECONDS // 2
             said = [] if self.silent else [WheelOdometry(now, SE2(self.x, 2.0, 0.0), speed, 0.0)]
             if tick % 5 == 0:
                 said.append(LaserScan(now, self._scan, -3.14, 0.00614, 0.1, 10.0))
@@ -322,6 +323,24 @@ def test_a_tour_is_not_gone_on_with_on_a_clock_that_was_set_back(wall_robot):
         assert platform.zero_utc == zero
         with pytest.raises(InputError, match=r"is \d+ s before the end of the rounds that were driven already"):
             platform.go_on(3600 * NANOSECONDS, 1, zero)
+
+
+def test_a_clock_that_is_off_is_refused(wall_robot):
+    robot, platform, _ = wall_robot()
+    robot.late_every = 1
+    with pytest.raises(InputError, match=r"stamps of /odom are 0\.[5-9]\d s behind this machine's time"):
+        platform.open()
+    platform.close()
+
+
+def test_one_late_message_is_not_a_clock_that_is_off(wall_robot):
+    robot, platform, _ = wall_robot()
+    robot.late_every = 10
+    with platform:
+        platform.place(SE2(-2.0, -1.0, 0.0))
+        before = platform.now
+        list(platform.advance(before + NANOSECONDS // 20))
+        assert platform.now > before
 
 
 def test_the_dead_man_stops_a_robot_that_nobody_commands(wall_robot):

@@ -246,14 +246,14 @@ class RosPlatform(Platform):
             yield f"{names.CLOCK} is published, but nothing was said there in {self._connection.look:g} s"
         if self._stop:
             yield f"the stop button is pressed ({self._connection.stop})"
-        oldest = self._hearing.oldest
-        for topic, age in oldest.items():
-            if abs(age) > self._connection.clock * NANOSECONDS:
+        bound, ages = round(self._connection.clock * NANOSECONDS), self._hearing.ages
+        for topic, (age, _) in ages.items():
+            if abs(age) > bound:
                 side = "behind" if age > 0 else "ahead of"
                 clock = names.CLOCK if self._simulated else "this machine's time: set both clocks by one server"
                 yield f"stamps of {topic} are {abs(age) / NANOSECONDS:.2f} s {side} {clock}"
         if not self._simulated:
-            self._hold = max([0, *oldest.values()])
+            self._hold = min(bound, max([0, *(most for _, most in ages.values())]))
 
     def _listen(self) -> None:
         """In a thread of its own: hears the robot, and has it stand where nothing fresh comes."""

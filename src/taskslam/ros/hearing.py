@@ -36,7 +36,8 @@ class Hearing:
     """The sensors of one robot. notes: what of them was guessed, or not believed.
 
     missing: how often what a sensor owed was not there in time; late: how often it came after what is younger had been
-    taken, of which nothing was made. oldest: by topic, ns, how old a message was at most when it came during the look.
+    taken, of which nothing was made. ages: by topic, ns, how old a message was at least and at most when it came during
+    the look: the least tells of clocks, for one message may always be late, and the most of the way.
     """
 
     def __init__(
@@ -58,7 +59,7 @@ class Hearing:
         self._due: dict[Sensor, int] = {}
         self._waiting: list[Measurement] = []
         self._taken = self._since = -1
-        self.oldest: dict[str, int] = {}
+        self.ages: dict[str, tuple[int, int]] = {}
 
     def wanted(self) -> dict[str, tuple[str, Sensor]]:
         """The robot's topics that must be there, with their types and sensors."""
@@ -122,7 +123,8 @@ class Hearing:
                 head.append(heard.content)
                 if heard.topic in self._roles:
                     age = now - ros_decoding.stamp_of(heard.content)
-                    self.oldest[heard.topic] = max(age, self.oldest.get(heard.topic, age))
+                    least, most = self.ages.get(heard.topic, (age, age))
+                    self.ages[heard.topic] = min(age, least), max(age, most)
             return
         role, sensor = self._roles[heard.topic]
         try:
