@@ -21,6 +21,7 @@ from taskslam.processes import guest, landlock
 from taskslam.record.events import Arrival
 from taskslam.record.run_directory import load_run
 from taskslam.robot import Imperfections
+from taskslam.simulation.fitting import truly_mounted
 
 SEED = 7316254  # of seven digits, so that it is found nowhere by chance
 needs_wall = pytest.mark.skipif(not landlock.is_available(), reason="this kernel has no Landlock")
@@ -117,18 +118,26 @@ def test_a_planted_link_is_not_taken_for_the_secret(tmp_path: Path) -> None:
         sealing.salt_of(tmp_path, "a" * 64)
 
 
+def wrong_of(stage: Stage) -> dict[str, dict[str, float]]:
+    """What is wrong with the robot, part by part."""
+    return {part: wrong for part, wrong in stage.robot.imperfections.model_dump().items() if wrong}
+
+
 def secrets_of(stage: Stage, spec: RunSpec) -> list[bytes]:
     """What must not reach a child: the seed, the mode, the scenario, the results, and what is wrong with the robot."""
-    wrong = stage.robot.imperfections.model_dump()
-    keys = [f'"{key}"' for part in ("odometry", "imu") for key in wrong[part]]
-    words = [str(SEED), spec.mode, "secret-scenario", "secret-results", *keys]
+    keys = [f'"{key}"' for wrong in wrong_of(stage).values() for key in wrong]
+    words = [str(SEED), spec.mode, "secret-scenario", "secret-results", '"carpets"', '"motors"', *keys]
     return [word.encode() for word in words]
 
 
 def numbers_of(stage: Stage) -> set[float]:
-    """By how much the robot is wrong."""
-    wrong = stage.robot.imperfections.model_dump()
-    return {value for part in ("odometry", "imu") for value in wrong[part].values() if value}
+    """By how much the robot is wrong, and where its LiDAR truly sits."""
+    sheet, fitting = stage.robot.rig.lidar_2d, stage.robot.imperfections.fitting("lidar_2d")
+    assert sheet is not None
+    true = truly_mounted(sheet, fitting, SEED, "lidar_2d").mount
+    drawn = {*true.xyz, *true.rpy}
+    assert drawn.isdisjoint((*sheet.mount.xyz, *sheet.mount.rpy))
+    return drawn | {value for wrong in wrong_of(stage).values() for value in wrong.values() if value}
 
 
 def test_no_byte_that_reaches_a_child_tells_the_dice(
@@ -153,10 +162,20 @@ def test_no_byte_that_reaches_a_child_tells_the_dice(
     monkeypatch.setattr(guest.GuestProcess, "write", written)
     monkeypatch.setenv("TASKSLAM_DATA", "secret-results")
     named = stage.scenario.model_copy(update={"name": "secret-scenario", "title": "secret-scenario"})
-    wrong = {"gyro_bias": 0.000271, "scale": -0.00314, "slip": 0.00162}, {"gyro_bias": 0.000141, "accel_bias": 0.00732}
-    robot = stage.robot.model_copy(
-        update={"imperfections": Imperfections.model_validate(dict(zip(("odometry", "imu"), wrong, strict=True)))}
-    )
+    wrong = {
+        "odometry": {"gyro_bias": 0.000271, "scale": -0.00314, "slip": 0.00162, "gyro_walk": 0.0000173},
+        "imu": {"gyro_bias": 0.000141, "accel_bias": 0.00732, "gyro_turn_on": 0.000619},
+        "lidar_2d": {
+            "misplaced": 0.00493,
+            "misaligned": 0.00871,
+            "late": 0.0193,
+            "jitter": 0.00471,
+            "reach_dark": 4.17,
+        },
+        "motors": {"lag": 0.0931, "deadband": 0.00917, "track": 0.2313},
+        "carpets": {"size": 1.531, "share": 0.317, "scale": 0.0217, "drift": 0.00913},
+    }
+    robot = stage.robot.model_copy(update={"imperfections": Imperfections.model_validate(wrong)})
     stage = Stage(named, stage.world, stage.plan, robot)
     spec = stage.spec("karto", Mode.WITH_MAP, SEED)
     run(stage, spec, tmp_path / "secret-results")

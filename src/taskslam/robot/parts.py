@@ -7,10 +7,10 @@ the floor between the wheels).
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer
 
 from taskslam.field_types import NonNegative, Positive
 from taskslam.geometry import FloatArray, pose_from_xyz_rpy
@@ -27,6 +27,14 @@ class Part(BaseModel):
     def image_bytes(self) -> tuple[int, ...]:
         """Bytes of each image of one measurement, which then travel in shared memory; none for what takes no images."""
         return ()
+
+
+class SparsePart(Part):
+    """A part that does not write those of its fields that are None: a new one changes no other robot's bytes."""
+
+    @model_serializer(mode="wrap")
+    def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {name: value for name, value in handler(self).items() if value is not None}
 
 
 class Mount(Part):
@@ -93,12 +101,13 @@ class Lidar3D(Part):
     rolling: bool = False
 
 
-class Camera(Part):
+class Camera(SparsePart):
     """A pinhole without distortion, and one beside it (protocol 4.3).
 
     mount: pose of its body frame (x forward, y left, z up) in `base`; the other stands `baseline` metres to its right.
     horizontal_fov: radians, gives fx = fy. noise: standard deviation of the read noise in grey levels of 0..255. near,
     far: what is seen at all, metres. color: RGB images instead of grey ones. exposure: `auto`, or a fixed gain.
+    readout: of a rolling shutter, seconds from the first row to the last; None: all rows at once.
     """
 
     mount: Mount
@@ -112,6 +121,7 @@ class Camera(Part):
     far: Positive = 50.0
     color: bool = False
     exposure: Literal["auto"] | Positive = "auto"
+    readout: Annotated[float, Field(gt=0, le=0.1)] | None = None
 
     @property
     def focal_length(self) -> float:

@@ -112,6 +112,16 @@ class Robot(Part):
     rig: SensorRig
     imperfections: Imperfections = Imperfections()
 
+    @model_validator(mode="after")
+    def _stamps_stay_in_order(self) -> Self:
+        """A stamp may not come after the next one of the same sensor."""
+        for name, part in self.rig.parts().items():
+            jitter, rate = self.imperfections.fitting(name).jitter, getattr(part, "rate", None)
+            if jitter and rate and jitter * rate >= 1.0:
+                period = f"{1 / rate:g} s"
+                raise ValueError(f"imperfections.{name}.jitter: {jitter:g} s; expected less than a period, {period}")
+        return self
+
 
 def robot_presets() -> list[str]:
     """Names of the robots that ship with the package."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from copy import copy
+from typing import Self
+
 import numpy as np
 import numpy.typing as npt
 
@@ -22,6 +25,13 @@ class Motion:
         self._states = np.zeros((_KEEP, 5))  # x, y, theta, linear, angular
         self._states[:] = (pose.x, pose.y, pose.theta, 0.0, 0.0)
         self._newest = 0
+        self._late = 0
+
+    def late(self, by: int) -> Self:
+        """The same as a clock that is `by` ns ahead tells it: at a stamp, what was so much earlier. For use at once."""
+        told = copy(self)
+        told._late = by
+        return told
 
     def push(self, stamp: int, x: float, y: float, theta: float, linear: float, angular: float) -> None:
         """Append the end of a step; theta is not wrapped."""
@@ -36,7 +46,8 @@ class Motion:
 
     def states_at(self, stamps: npt.ArrayLike) -> FloatArray:
         """(N, 5) the same with body velocities, m/s and rad/s, which are linear between step ends."""
-        states: FloatArray = _interpolate(self._stamps, self._states, self._newest, np.asarray(stamps, np.int64))
+        asked = np.asarray(stamps, np.int64) - self._late
+        states: FloatArray = _interpolate(self._stamps, self._states, self._newest, asked)
         return states
 
 

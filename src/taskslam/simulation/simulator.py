@@ -15,9 +15,12 @@ from taskslam.geometry import SE2, wrap_angle
 from taskslam.measurements import NANOSECONDS, Measurement, Sensor
 from taskslam.robot import Robot
 from taskslam.sensors import fitted
+from taskslam.simulation.carpets import Carpets
 from taskslam.simulation.contact import ContactGrid, contact_grid
 from taskslam.simulation.drive import ramp, step_arc
+from taskslam.simulation.fitting import LateClock
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.motors import Motors
 from taskslam.simulation.sensors.simulated_sensor import SimulatedSensor, Surroundings, simulated
 from taskslam.simulation.sensors.wheel_odometry import WheelOdometer
 from taskslam.world import World
@@ -28,20 +31,29 @@ DEFAULT_SENSORS = frozenset({Sensor.WHEEL_ODOMETRY, Sensor.LASER_SCAN})
 
 @dataclass
 class _Scheduled:
-    """A sensor and the stamp of its next measurement."""
+    """A sensor, the stamp of its next measurement, and how much earlier that is truly taken, ns."""
 
     device: SimulatedSensor
+    clock: LateClock
     since: int
     taken: int = -1
     due: int = 0
+    late: int = 0
 
     def __post_init__(self) -> None:
-        self.take()
+        self.step()
 
-    def take(self) -> None:
-        """Its measurement is taken: the next one is due."""
+    def step(self) -> None:
+        """The next measurement is due."""
         self.taken += 1
-        self.due = self.since + round((self.taken + 1) * NANOSECONDS / self.device.rate)
+        self.late = self.clock.next()
+        self.due = self.since + round((self.taken + 1) * NANOSECONDS / self.device.rate) + self.late
+
+    def take(self, motion: Motion) -> Measurement:
+        """What is due."""
+        stamp, told = self.due, motion.late(self.late) if self.late else motion
+        self.step()
+        return self.device.measure(stamp, told)
 
 
 class Simulator:
@@ -68,6 +80,10 @@ class Simulator:
         wanted = [kind for name, kind in fitted(robot.rig).items() if name in sensors and kind.device]
         by_rank = sorted(wanted, key=lambda kind: kind.rank)
         self._devices = [self._odometer, *(simulated(kind, robot.rig, surroundings) for kind in by_rank)]
+        fields = ("odometry", *(kind.field for kind in by_rank))
+        self._clocks = [LateClock(robot.imperfections.fitting(field), seed, field) for field in fields]
+        self._motors = Motors(robot.imperfections.motors)
+        self._carpets = Carpets(robot.imperfections.carpets, seed)
         self._resets = -1
         self.now = 0
         self.reset(SE2())
@@ -83,9 +99,13 @@ class Simulator:
         self._bumped = False
         self._motion = Motion(self.now, pose)
         self._steps = 0
-        for device in self._devices:
+        self._motors.reset()
+        for device, clock in zip(self._devices, self._clocks, strict=True):
             device.reset(self._resets)
-        self._schedule = [_Scheduled(device, self.now) for device in self._devices]
+            clock.reset(self._resets)
+        self._schedule = [
+            _Scheduled(device, clock, self.now) for device, clock in zip(self._devices, self._clocks, strict=True)
+        ]
 
     def go_on(self, now: int, resets: int) -> None:
         """Be as a simulator at time `now` (ns) after so many calls of `reset`; the next of them decides the rest."""
@@ -121,26 +141,26 @@ class Simulator:
                 nearest = min(self._schedule, key=attrgetter("due"))
                 if nearest.due > self.now:
                     break
-                stamp = nearest.due
-                nearest.take()
-                yield nearest.device.measure(stamp, self._motion)
+                yield nearest.take(self._motion)
 
     def _move(self) -> None:
         limits, dt = self._robot.drive, STEP / NANOSECONDS
         linear, angular = self._command if self.now < self._command_until else (0.0, 0.0)
+        linear, angular = self._motors.driven(linear, angular, dt)
         before = self._linear, self._angular
         self._linear = ramp(self._linear, linear, limits.max_linear_acceleration * dt)
         self._angular = ramp(self._angular, angular, limits.max_angular_acceleration * dt)
         # Acceleration is constant within a step, so the mean velocity carries the robot exactly as far.
         mean = 0.5 * (before[0] + self._linear), 0.5 * (before[1] + self._angular)
         x, y, theta = step_arc(self._x, self._y, self._theta, mean[0], mean[1], dt)
+        counted, x, y = self._carpets.driven_over(mean[0] * dt, x, y)
         if (x, y) != (self._x, self._y) and self._contact.touches(x, y):
             # The obstacle holds the base; wheels slip no further than that, a turn in place still works.
             self._bumped = True
             x, y = self._x, self._y
-            self._linear, mean = 0.0, (0.0, mean[1])
+            self._linear, counted = 0.0, 0.0
         self._x, self._y, self._theta = x, y, theta
-        self._distance += mean[0] * dt
+        self._distance += counted
         self._turned += mean[1] * dt
         self.now += STEP
         self._motion.push(self.now, x, y, theta, self._linear, self._angular)

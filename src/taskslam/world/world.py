@@ -36,6 +36,13 @@ class TriangleMesh:
         """Number of triangles."""
         return len(self.triangles)
 
+    def only(self, kept: npt.NDArray[np.int64]) -> TriangleMesh:
+        """Some of the triangles, by index, over the same vertices."""
+        return replace(
+            self, triangles=self.triangles[kept], material=self.material[kept], uv=self.uv[kept],
+            normals=self.normals[kept], owner=self.owner[kept],
+        )  # fmt: skip
+
     def corners(self) -> FloatColumns:
         """(T, 3, 3) float32 corner positions of every triangle."""
         return self.vertices[self.triangles]
@@ -117,11 +124,7 @@ class World:
 
 
 def _without(mesh: TriangleMesh, owners: list[int]) -> TriangleMesh:
-    kept = np.flatnonzero(~np.isin(mesh.owner, owners))
-    return replace(
-        mesh, triangles=mesh.triangles[kept], material=mesh.material[kept], uv=mesh.uv[kept],
-        normals=mesh.normals[kept], owner=mesh.owner[kept],
-    )  # fmt: skip
+    return mesh.only(np.flatnonzero(~np.isin(mesh.owner, owners)))
 
 
 def _moved(pose: npt.NDArray[np.float64], by: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

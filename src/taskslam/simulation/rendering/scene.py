@@ -41,6 +41,15 @@ class View:
         return named
 
 
+@dataclass(frozen=True)
+class _SeenFrom:
+    """A camera's place: rotation (3, 3) from world to its optical frame, position (3,) m; blocks in view in order."""
+
+    rotation: FloatArray
+    position: FloatArray
+    order: npt.NDArray[np.int64]
+
+
 class Scene:
     """A world made ready for rendering, grey or in colour; it may be shared by cameras and threads."""
 
@@ -62,34 +71,43 @@ class Scene:
         """What a pinhole at `T_world_camera` (4, 4), the pose of its optical frame, sees.
 
         Bands of rows are shared among threads; every pixel is worked out alone, so that their number changes nothing.
+        Poses (B, 4, 4) are those of B bands of rows from top to bottom: a rolling shutter.
 
         Raises:
-            WorldError: the pose is not a rigid transform.
+            WorldError: a pose is not a rigid transform.
         """
-        if not is_rigid(T_world_camera):
+        poses = np.reshape(T_world_camera, (-1, 4, 4))
+        if not all(map(is_rigid, poses)):
             raise WorldError("camera: T_world_camera is not a finite rigid (4, 4) transform")
-        rotation = np.ascontiguousarray(invert_se3(T_world_camera)[:3, :3])
-        position = np.ascontiguousarray(T_world_camera[:3, 3], dtype=np.float64)
         shape = (pinhole.height, pinhole.width)
         inverse_depth, drawn = np.empty(shape, np.float32), np.empty(shape, np.int32)
         blocks = self._ready.blocks
         planes = np.empty((len(self._ready.atlas.planes), *shape), np.float32)
-        order = visible_blocks(blocks, rotation, position, pinhole)
+        seen_from = [self._seen_from(pose, pinhole) for pose in poses]
 
-        def band(rows: tuple[int, int]) -> None:
-            rasterize(blocks, order, self._cut_outs, rotation, position, pinhole, rows, inverse_depth, drawn)
+        def band(rows: tuple[int, int], one: _SeenFrom) -> None:
+            place = one.rotation, one.position, pinhole
+            rasterize(blocks, one.order, self._cut_outs, *place, rows, inverse_depth, drawn)
             for plane in range(len(planes)):
-                self._shade(plane, drawn, rotation, position, pinhole, rows, planes[plane])
+                self._shade(plane, drawn, *place, rows, planes[plane])
 
-        edges = np.linspace(0, pinhole.height, max(1, threads) + 1).astype(int)
+        count = max(1, threads) if len(poses) == 1 else len(poses)
+        edges = np.linspace(0, pinhole.height, count + 1).astype(int)
         bands = [(int(a), int(b)) for a, b in pairwise(edges)]
-        if len(bands) == 1:
-            band(bands[0])
+        views = seen_from * (count // len(poses))
+        if threads <= 1:
+            for rows, one in zip(bands, views, strict=True):
+                band(rows, one)
         else:
-            with ThreadPoolExecutor(len(bands)) as pool:
-                list(pool.map(band, bands))
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(band, bands, views))
         light = planes[0] if len(planes) == 1 else np.moveaxis(planes, 0, 2)
         return View(light, drawn, blocks.source, inverse_depth)
+
+    def _seen_from(self, T_world_camera: FloatArray, pinhole: Pinhole) -> _SeenFrom:
+        rotation = np.ascontiguousarray(invert_se3(T_world_camera)[:3, :3])
+        position = np.ascontiguousarray(T_world_camera[:3, 3], dtype=np.float64)
+        return _SeenFrom(rotation, position, visible_blocks(self._ready.blocks, rotation, position, pinhole))
 
     def _shade(
         self,

@@ -8,9 +8,10 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
+from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
 from taskslam.measurements import Sensor, StereoImages
 from taskslam.robot import Camera, StereoCamera
+from taskslam.robot.imperfections import CameraImperfections
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.rasterizer import Pinhole
 from taskslam.simulation.rendering.scene import Scene, View
@@ -18,6 +19,7 @@ from taskslam.simulation.sensors.counted_noise import next_key
 from taskslam.simulation.sensors.exposure import exposure_of
 from taskslam.simulation.sensors.later import LaterStereoImages, WhileStanding
 from taskslam.simulation.sensors.read_noise import develop
+from taskslam.simulation.sensors.shutter import Shutter
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
 from taskslam.world import World
@@ -33,7 +35,7 @@ class StereoCameraSensor:
 
     sensor = Sensor.STEREO_IMAGES
 
-    def __init__(self, camera: StereoCamera, world: World, seed: int) -> None:
+    def __init__(self, camera: StereoCamera, world: World, seed: int, exposure_lag: float | None = None) -> None:
         self.rate = camera.rate
         self._noise = camera.noise
         self._seed = seed
@@ -44,14 +46,16 @@ class StereoCameraSensor:
         mount = camera.mount.matrix()
         self._T_base_cameras = (mount @ OPTICAL_IN_BODY, mount @ right @ OPTICAL_IN_BODY)
         self._beside = ThreadPoolExecutor(1, "right-eye")
-        self._exposure = exposure_of(camera)
+        self._exposure = exposure_of(camera, exposure_lag)
+        self._shutter = Shutter(camera)
         self._standing = WhileStanding[tuple[View, View]]()
         self.reset(0)
 
     @classmethod
     def fitted(cls, camera: StereoCamera, surroundings: Surroundings) -> Self:
         """As a robot carries it through a world."""
-        return cls(camera, surroundings.world, surroundings.seed)
+        wrong = surroundings.imperfections.stereo or CameraImperfections()
+        return cls(camera, surroundings.world, surroundings.seed, wrong.exposure_lag)
 
     def reset(self, count: int) -> None:
         """Fresh noise after the count-th reset; automatic exposure starts anew."""
@@ -59,12 +63,12 @@ class StereoCameraSensor:
         self._exposure.reset()
 
     def measure(self, stamp: int, motion: Motion) -> StereoImages:
-        """The pair that is exposed, in no time, at `stamp`."""
-        x, y, theta = motion.pose_at([stamp])[0]
+        """The pair whose last row is exposed, in no time, at `stamp`."""
+        poses = self._shutter.poses(stamp, motion)
         keys = [next_key(one) for one in self._streams]
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
-            left, right = self._standing.seen(SE2(x, y, theta), self.views)
+            left, right = self._standing.seen(poses, self.views)
             gain = self._exposure.gain(left.radiance_root)
             first, second = (
                 develop(view.radiance_root, gain, self._noise, key)
@@ -78,7 +82,10 @@ class StereoCameraSensor:
         return pair
 
     def views(self, T_world_base: FloatArray) -> tuple[View, View]:
-        """What left and right see, before exposure and noise, with the base at `T_world_base` (4, 4)."""
+        """What left and right see, before exposure and noise, with the base at `T_world_base` (4, 4).
+
+        (B, 4, 4): of bands of rows.
+        """
         left, right = (T_world_base @ T_base_camera for T_base_camera in self._T_base_cameras)
         drawn_beside = self._beside.submit(self._scene.view, right, self._pinhole)
         return self._scene.view(left, self._pinhole), drawn_beside.result()

@@ -12,7 +12,7 @@ from taskslam.robot import Camera
 _BRIGHT, _BRIGHT_SHARE = 0.9, 99.0  # this percentage of the pixels stays below this share of full scale
 _MIDDLE = 0.5  # and half of them below this one
 _LARGEST = 8.0  # of the root gain; a lens in a dark corner does not turn noise into light
-_TIME_CONSTANT = 0.25  # seconds
+TIME_CONSTANT = 0.25  # seconds
 _STRIDE = 4
 
 
@@ -27,15 +27,15 @@ def metered_gain(radiance_root: npt.NDArray[np.float32]) -> float:
 
 
 class AutomaticExposure:
-    """Follows the metered gain with a time constant of 0.25 s in its logarithm; the first frame sets it at once.
+    """Follows the metered gain with a time constant (s) in its logarithm; the first frame sets it at once.
 
     A value of the frames seen since `reset` and of nothing else.
     """
 
     follows = True
 
-    def __init__(self, rate: float) -> None:
-        self._share = 1.0 - math.exp(-1.0 / (rate * _TIME_CONSTANT))
+    def __init__(self, rate: float, time_constant: float = TIME_CONSTANT) -> None:
+        self._share = 1.0 - math.exp(-1.0 / (rate * time_constant))
         self.reset()
 
     def reset(self) -> None:
@@ -71,6 +71,8 @@ class FixedExposure:
         return self._gain
 
 
-def exposure_of(camera: Camera) -> AutomaticExposure | FixedExposure:
-    """What decides a camera's gains; `follows`: whether it must see every frame."""
-    return AutomaticExposure(camera.rate) if camera.exposure == "auto" else FixedExposure(camera.exposure)
+def exposure_of(camera: Camera, lag: float | None = None) -> AutomaticExposure | FixedExposure:
+    """What decides a camera's gains; `follows`: whether it must see every frame. lag: its time constant if worn, s."""
+    if camera.exposure == "auto":
+        return AutomaticExposure(camera.rate, lag or TIME_CONSTANT)
+    return FixedExposure(camera.exposure)

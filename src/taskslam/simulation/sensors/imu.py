@@ -18,18 +18,19 @@ from taskslam.robot import Imu
 from taskslam.robot.imperfections import ImuImperfections
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
+from taskslam.simulation.sensors.walking_bias import WalkingBias
 from taskslam.simulation.streams import stream
 
 GRAVITY = 9.8  # m/s^2
 
 
 class InertialSensor:
-    """Samples one IMU; the biases are drawn once per run, the noise anew after each reset."""
+    """Samples one IMU; the biases are drawn once per run, the noise anew after each reset, a worn gyro's bias too."""
 
     sensor = Sensor.IMU
 
     def __init__(self, imu: Imu, wrong: ImuImperfections, seed: int) -> None:
-        self._imu = imu
+        self._imu, self._wrong = imu, wrong
         self._seed = seed
         self.rate = imu.rate
         self._period = round(NANOSECONDS / imu.rate)
@@ -47,13 +48,15 @@ class InertialSensor:
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""
         self._noise = stream(self._seed, "imu/noise", count)
+        self._turned_on = WalkingBias(self._seed, "imu/gyro", count, 3, self._wrong.gyro_turn_on, self._wrong.gyro_walk)
 
     def measure(self, stamp: int, motion: Motion) -> ImuSamples:
         """The one sample of the period that ends at `stamp`."""
         states = motion.states_at([stamp - self._period, stamp])
         gyro, accel = _sample(states, self._period / NANOSECONDS, self._lever, self._R_imu_base)
         noise = self._noise.standard_normal(6)
-        gyro += self._gyro_bias + self._imu.gyro_noise * noise[:3]
+        turned_on = self._turned_on.after(self._period / NANOSECONDS)
+        gyro += self._gyro_bias + turned_on + self._imu.gyro_noise * noise[:3]
         accel += self._accel_bias + self._imu.accel_noise * noise[3:]
         return ImuSamples(stamp, np.array([stamp], np.int64), gyro[None, :], accel[None, :])
 

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+
 from taskslam.geometry import SE2, FloatArray
 from taskslam.measurements import Measurement, RgbdImages, StereoImages
 
@@ -52,13 +54,13 @@ Seen = TypeVar("Seen")
 
 
 class WhileStanding(Generic[Seen]):
-    """What `look` sees from the last pose of the base: while the robot stands, it sees the same."""
+    """What `look` sees from the last poses of the base: while the robot stands, it sees the same."""
 
     def __init__(self) -> None:
-        self._last: tuple[SE2, Seen] | None = None
+        self._last: tuple[FloatArray, Seen] | None = None
 
-    def seen(self, pose: SE2, look: Callable[[FloatArray], Seen]) -> Seen:
-        """From a pose of the base in `map`; look: takes it as a (4, 4) matrix."""
-        if self._last is None or self._last[0] != pose:
-            self._last = pose, look(pose.matrix())
+    def seen(self, poses: FloatArray, look: Callable[[FloatArray], Seen]) -> Seen:
+        """From (B, 3) poses of the base in `map`, of bands of rows; look: takes them as (B, 4, 4) matrices."""
+        if self._last is None or not np.array_equal(self._last[0], poses):
+            self._last = poses, look(np.stack([SE2(*pose).matrix() for pose in poses.tolist()]))
         return self._last[1]

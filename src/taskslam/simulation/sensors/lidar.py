@@ -11,6 +11,7 @@ from taskslam.measurements import NANOSECONDS, LaserScan, Sensor
 from taskslam.robot import Lidar2D
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.counted_noise import QUANTILES, drawn, next_key
+from taskslam.simulation.sensors.faint_rays import FaintRays
 from taskslam.simulation.sensors.ray_fan import RayFan
 from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
@@ -22,7 +23,7 @@ class LaserScanner:
 
     sensor = Sensor.LASER_SCAN
 
-    def __init__(self, lidar: Lidar2D, rays: RayCaster, seed: int) -> None:
+    def __init__(self, lidar: Lidar2D, rays: RayCaster | FaintRays, seed: int) -> None:
         self._lidar = lidar
         self._rays = rays
         self._seed = seed
@@ -37,7 +38,7 @@ class LaserScanner:
     @classmethod
     def fitted(cls, lidar: Lidar2D, surroundings: Surroundings) -> Self:
         """As a robot carries it through a world."""
-        return cls(lidar, surroundings.rays, surroundings.seed)
+        return cls(lidar, surroundings.rays_of(surroundings.imperfections.lidar_2d), surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""

@@ -11,6 +11,7 @@ from taskslam.measurements import NANOSECONDS, PointCloud, Sensor
 from taskslam.robot import Lidar3D
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.sensors.counted_noise import QUANTILES, drawn, next_key
+from taskslam.simulation.sensors.faint_rays import FaintRays
 from taskslam.simulation.sensors.ray_fan import RayFan
 from taskslam.simulation.sensors.raytracing import RayCaster
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
@@ -22,7 +23,7 @@ class SpinningLidar:
 
     sensor = Sensor.POINT_CLOUD
 
-    def __init__(self, lidar: Lidar3D, rays: RayCaster, seed: int) -> None:
+    def __init__(self, lidar: Lidar3D, rays: RayCaster | FaintRays, seed: int) -> None:
         self._lidar = lidar
         self._rays = rays
         self._seed = seed
@@ -43,7 +44,7 @@ class SpinningLidar:
     @classmethod
     def fitted(cls, lidar: Lidar3D, surroundings: Surroundings) -> Self:
         """As a robot carries it through a world."""
-        return cls(lidar, surroundings.rays, surroundings.seed)
+        return cls(lidar, surroundings.rays_of(surroundings.imperfections.lidar_3d), surroundings.seed)
 
     def reset(self, count: int) -> None:
         """Fresh noise stream after the count-th reset."""

@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from taskslam.compiled import njit
-from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
+from taskslam.geometry import OPTICAL_IN_BODY, FloatArray
 from taskslam.measurements import RgbdImages, Sensor
+from taskslam.robot.imperfections import CameraImperfections
 from taskslam.robot.rgbd import RgbdCamera
 from taskslam.simulation.motion import Motion
 from taskslam.simulation.rendering.scene import Scene, View, depth_image
@@ -24,6 +25,7 @@ from taskslam.simulation.sensors.counted_noise import next_key, standard_normal
 from taskslam.simulation.sensors.exposure import exposure_of
 from taskslam.simulation.sensors.later import LaterRgbdImages, WhileStanding
 from taskslam.simulation.sensors.read_noise import develop
+from taskslam.simulation.sensors.shutter import Shutter
 from taskslam.simulation.sensors.simulated_sensor import Surroundings
 from taskslam.simulation.streams import stream
 from taskslam.world import World
@@ -34,21 +36,23 @@ class RgbdCameraSensor:
 
     sensor = Sensor.RGBD_IMAGES
 
-    def __init__(self, camera: RgbdCamera, world: World, seed: int) -> None:
+    def __init__(self, camera: RgbdCamera, world: World, seed: int, exposure_lag: float | None = None) -> None:
         self.rate = camera.rate
         self._camera = camera
         self._seed = seed
         self._scene = Scene(world, camera.color)
         self._pinhole = pinhole_of(camera)
         self._T_base_camera = camera.mount.matrix() @ OPTICAL_IN_BODY
-        self._exposure = exposure_of(camera)
+        self._exposure = exposure_of(camera, exposure_lag)
+        self._shutter = Shutter(camera)
         self._standing = WhileStanding[View]()
         self.reset(0)
 
     @classmethod
     def fitted(cls, camera: RgbdCamera, surroundings: Surroundings) -> Self:
         """As a robot carries it through a world."""
-        return cls(camera, surroundings.world, surroundings.seed)
+        wrong = surroundings.imperfections.rgbd or CameraImperfections()
+        return cls(camera, surroundings.world, surroundings.seed, wrong.exposure_lag)
 
     def reset(self, count: int) -> None:
         """Fresh noise after the count-th reset; automatic exposure starts anew."""
@@ -57,12 +61,12 @@ class RgbdCameraSensor:
         self._exposure.reset()
 
     def measure(self, stamp: int, motion: Motion) -> RgbdImages:
-        """What is exposed, in no time, at `stamp`."""
-        x, y, theta = motion.pose_at([stamp])[0]
+        """The frame whose last row is exposed, in no time, at `stamp`."""
+        poses = self._shutter.poses(stamp, motion)
         read_key, depth_key = next_key(self._read_noise), next_key(self._depth_noise)
 
         def draw() -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-            view = self._standing.seen(SE2(x, y, theta), self.view)
+            view = self._standing.seen(poses, self.view)
             gain = self._exposure.gain(view.radiance_root)
             image = develop(view.radiance_root, gain, self._camera.noise, read_key)
             true = depth_image(view)
@@ -74,7 +78,10 @@ class RgbdCameraSensor:
         return frame
 
     def view(self, T_world_base: FloatArray) -> View:
-        """What it sees, before exposure and noise, with the base at `T_world_base` (4, 4)."""
+        """What it sees, before exposure and noise, with the base at `T_world_base` (4, 4).
+
+        (B, 4, 4): of bands of rows.
+        """
         return self._scene.view(T_world_base @ self._T_base_camera, self._pinhole)
 
 

@@ -8,10 +8,13 @@ from typing import Protocol
 
 from taskslam.measurements import Measurement, Sensor
 from taskslam.robot import Imperfections, SensorRig
+from taskslam.robot.imperfections import LidarImperfections
 from taskslam.sensors import SensorKind, found_at
+from taskslam.simulation.fitting import truly_mounted
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.faint_rays import FaintRays
 from taskslam.simulation.sensors.raytracing import RayCaster
-from taskslam.world import World
+from taskslam.world import TriangleMesh, World
 
 
 class SimulatedSensor(Protocol):
@@ -42,11 +45,26 @@ class Surroundings:
     @cached_property
     def rays(self) -> RayCaster:
         """What LiDARs meet, made once for all of them."""
-        return RayCaster(self.world.visual if self.lidar_geometry == "visual" else self.world.collision)
+        return RayCaster(self._met)
+
+    def rays_of(self, wrong: LidarImperfections | None) -> RayCaster | FaintRays:
+        """The same for a LiDAR that is not perfect."""
+        if wrong is None or (wrong.reach_dark is None and wrong.glass_angle is None):
+            return self.rays
+        return FaintRays(self.world, self._met, self.rays, wrong)
+
+    @property
+    def _met(self) -> TriangleMesh:
+        return self.world.visual if self.lidar_geometry == "visual" else self.world.collision
 
 
 def simulated(kind: SensorKind, rig: SensorRig, surroundings: Surroundings) -> SimulatedSensor:
-    """The device of a sensor that the rig has: what the table's `device` makes of its part, ready to measure."""
-    device: SimulatedSensor = found_at(kind.device)(kind.part_of(rig), surroundings)
+    """The device of a sensor that the rig has: what the table's `device` makes of its part where it truly sits.
+
+    It is ready to measure.
+    """
+    fitting = surroundings.imperfections.fitting(kind.field)
+    part = truly_mounted(kind.part_of(rig), fitting, surroundings.seed, kind.field)
+    device: SimulatedSensor = found_at(kind.device)(part, surroundings)
     device.reset(0)
     return device

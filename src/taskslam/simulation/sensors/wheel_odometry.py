@@ -1,6 +1,7 @@
 """Wheel odometry as the Kobuki and its Gazebo plugin make it: encoders give distance, a gyro gives heading.
 
-Protocol 4.6. Drift is the gyro's white noise and its bias (one draw per run), a systematic distance scale, and slip.
+Protocol 4.6. Drift is the gyro's white noise and its bias (one draw per run), a systematic distance scale, and slip. On
+a worn robot the bias is also drawn anew at each reset and walks, and so are scale and slip.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from taskslam.robot import Odometer
 from taskslam.robot.imperfections import OdometerImperfections
 from taskslam.simulation.drive import step_arc
 from taskslam.simulation.motion import Motion
+from taskslam.simulation.sensors.walking_bias import WalkingBias
 from taskslam.simulation.streams import stream
 
 
@@ -31,9 +33,14 @@ class WheelOdometer:
         self.reset(0)
 
     def reset(self, count: int) -> None:
-        """Zero the pose, as the Kobuki's reset command does; the gyro's bias stays, the noise gets fresh streams."""
+        """Zero the pose, as the Kobuki's reset command does; the run's bias stays, the noise gets fresh streams."""
+        wrong = self._wrong
         self._gyro = stream(self._seed, "odometry/gyro_noise", count)
         self._wheels = stream(self._seed, "odometry/slip", count)
+        self._turned_on = WalkingBias(self._seed, "odometry/gyro", count, 1, wrong.gyro_turn_on, wrong.gyro_walk)
+        of_round = stream(self._seed, "odometry/wheels_of_round", count).standard_normal(2)
+        self._scale = wrong.scale + (wrong.scale_of_round or 0.0) * float(of_round[0])
+        self._slip = wrong.slip + (wrong.slip_of_round or 0.0) * abs(float(of_round[1]))
         self._gyro_noise = np.empty(0)
         self._slip_noise = np.empty(0)
         self._next = 0
@@ -46,10 +53,11 @@ class WheelOdometer:
             self._gyro_noise = self._gyro.standard_normal(1000)
             self._slip_noise = self._wheels.standard_normal(1000)
             self._next = 0
-        rate = turned / dt + self._bias + self._sheet.gyro_noise * float(self._gyro_noise[self._next])
-        slip = self._wrong.slip * math.sqrt(abs(distance)) * float(self._slip_noise[self._next])
+        bias = self._bias + float(self._turned_on.after(dt)[0])
+        rate = turned / dt + bias + self._sheet.gyro_noise * float(self._gyro_noise[self._next])
+        slip = self._slip * math.sqrt(abs(distance)) * float(self._slip_noise[self._next])
         self._next += 1
-        self._linear = (distance * (1.0 + self._wrong.scale) + slip) / dt
+        self._linear = (distance * (1.0 + self._scale) + slip) / dt
         self._angular = rate
         self._x, self._y, self._theta = step_arc(self._x, self._y, self._theta, self._linear, rate, dt)
 
