@@ -23,11 +23,12 @@ rooms: $(VENV)/.installed-dev
 unit: $(VENV)/.installed-dev peers
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
-# Debian's own ROS 1, which ours is tried against, and Slurm, on which campaigns are driven: installed in CI; elsewhere
-# those tests skip and say how to get them.
+# Debian's own ROS 1, which ours is tried against, Slurm, on which campaigns are driven, and TeX, which sets the tables
+# (15 MB, 151 MB on disk with what it needs): installed in CI; elsewhere those tests skip and say how to get them.
 peers:
 	@test "$(CI)" != true || { SUDO=$$(test $$(id -u) -eq 0 || echo sudo); $$SUDO apt-get update -qq && \
-	  $$SUDO apt-get install -y -qq --no-install-recommends $$(cat tests/ros/debian_packages.txt tests/benchmark/campaign/debian_packages.txt); }
+	  $$SUDO apt-get install -y -qq --no-install-recommends $$(cat tests/ros/debian_packages.txt tests/benchmark/campaign/debian_packages.txt \
+	  tests/report/tables/debian_packages.txt); }
 
 torture: $(VENV)/.installed-dev
 	TASKSLAM_TORTURE=1 $(BIN)/python -m pytest tests/adversaries tests/ros/test_robot_tour.py

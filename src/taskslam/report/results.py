@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 
 from markupsafe import Markup
 
+from taskslam.errors import InputError, did_you_mean
 from taskslam.evaluation import read_runs
 from taskslam.evaluation.metrics_file import LeftOut, Measured, RunMetrics
 from taskslam.evaluation.names import method_labels
@@ -203,11 +204,15 @@ class Method:
 
 @dataclass(frozen=True)
 class Results:
-    """All runs in the order of their folders, their pooled results, the best method first, and what was left out."""
+    """All runs in the order of their folders, their pooled results, the best method first, and what was left out.
+
+    order: labels of methods that come before the others, whatever they reached.
+    """
 
     runs: tuple[Run, ...]
     methods: tuple[Method, ...]
     left_out: tuple[LeftOut, ...]
+    order: tuple[str, ...] = ()
 
     @property
     def first_runs(self) -> list[Run]:
@@ -257,30 +262,69 @@ class Results:
 
     def in_scenario(self, name: str) -> Results:
         """The runs of one scenario, pooled anew."""
-        return pooled_results([run for run in self.runs if run.metrics.scenario == name])
+        return pooled_results([run for run in self.runs if run.metrics.scenario == name], order=self.order)
 
     def in_mode(self, mode: str) -> list[MethodResult]:
         """Methods in one mode: the most complete first, then the most precise; references last."""
-        return sorted((result for result in self.pooled if result.mode == mode), key=lambda result: result.rank)
+        return sorted(
+            (result for result in self.pooled if result.mode == mode),
+            key=lambda result: (_place(result.label, self.order), result.rank),
+        )
 
 
-def read_results(folders: Sequence[Path]) -> Results:
-    """The finished runs at or below some folders. Raises RecordError if there is no run, finished or not."""
+def read_results(folders: Sequence[Path], named: Mapping[str, str] | None = None, order: Sequence[str] = ()) -> Results:
+    """The finished runs at or below some folders.
+
+    named: what methods are to be called; order: which come first, by either name.
+
+    Raises:
+        RecordError: there is no run, finished or not.
+        InputError: no method is called so, or two would be called alike.
+    """
     read, left_out = read_runs(folders)
-    labels = method_labels([metrics for _, metrics in read])
+    own = method_labels([metrics for _, metrics in read])
+    names = _renamed(own, named or {})
+    labels = [names[label] for label in own]
+    first = tuple(names.get(_known(label, [*own, *labels], "order"), label) for label in order)
     sensors = {
         label: cards.main_sensor(record.manifest.method_card) for label, (record, _) in zip(labels, read, strict=True)
     }
     styles = method_styles(labels, sensors)
     runs = tuple(Run(label, styles[label], *own) for label, own in zip(labels, read, strict=True))
-    return pooled_results(runs, left_out)
+    return pooled_results(runs, left_out, first)
 
 
-def pooled_results(runs: Sequence[Run], left_out: tuple[LeftOut, ...] = ()) -> Results:
+def _renamed(labels: Sequence[str], named: Mapping[str, str]) -> dict[str, str]:
+    """What each method is called. Raises InputError."""
+    for label in named:
+        _known(label, labels, "label")
+    names = {label: named.get(label, label) for label in labels}
+    for label, name in named.items():
+        if other := next((one for one, called in names.items() if called == name and one != label), None):
+            raise InputError(f"label {label}={name}: {other} is called so too; expected a name of its own")
+    return names
+
+
+def _known(label: str, labels: Sequence[str], what: str) -> str:
+    if label not in labels:
+        known = sorted(set(labels))
+        raise InputError(
+            f"{what} {label}: no method is called so here; expected one of {', '.join(known) or 'none'}."
+            f"{did_you_mean(label, known)}"
+        )
+    return label
+
+
+def _place(label: str, order: Sequence[str]) -> int:
+    return order.index(label) if label in order else len(order)
+
+
+def pooled_results(runs: Sequence[Run], left_out: tuple[LeftOut, ...] = (), order: tuple[str, ...] = ()) -> Results:
     """These runs, each method of them pooled in each mode."""
     labels = dict.fromkeys(run.label for run in runs)
     methods = [Method(*(_pooled(label, mode, runs) for mode in MODES)) for label in labels]
-    return Results(tuple(runs), tuple(sorted(methods, key=lambda method: method.rank)), left_out)
+    methods.sort(key=lambda method: (_place(method.label, order), method.rank))
+    return Results(tuple(runs), tuple(methods), left_out, order)
 
 
 def _pooled(label: str, mode: str, everything: Sequence[Run]) -> MethodResult | None:

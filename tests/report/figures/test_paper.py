@@ -179,3 +179,13 @@ def test_a_run_that_ended_in_its_priming_round_is_drawn_without_rounds(make_run,
     (arrivals,) = [figure for name, figure in figures.items() if name.startswith("runs/arrivals_")]
     assert "goal" in texts_of(arrivals)
     assert "first round" not in texts_of(arrivals)
+
+
+def test_linear_axes_begin_at_zero_in_every_figure_of_errors(results):
+    figures = dict(islice(paper_figures(results, "page", "metric", linear=True), len(MAIN) - 1))
+    for name, figure in figures.items():
+        axes = figure.axes[:2] if "violins" not in name else figure.axes[:1]
+        assert {one.get_xscale() for one in axes} == {"linear"}, name
+        assert {one.get_xlim()[0] for one in axes} == {0.0}, name
+        assert outside(figure) == [], name
+    assert any(one.get_xscale() == "log" for _, f in paper_figures(results, "page", "metric") for one in f.axes)

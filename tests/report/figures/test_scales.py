@@ -51,3 +51,9 @@ def test_zero_is_held_at_the_low_end_of_a_logarithmic_axis():
     scale = scale_of([0.0, 5.0])
     assert scale.log
     assert scale.held(0.0) == scale.low > 0
+
+
+def test_a_linear_axis_is_kept_over_decades_where_it_is_asked_for():
+    scale = scale_of([0.2, 45.0], linear=True)
+    assert (scale.log, scale.low) == (False, 0.0)
+    assert scale.high >= 45.0

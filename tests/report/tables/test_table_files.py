@@ -2,9 +2,10 @@ import csv
 
 import pytest
 
-from taskslam.errors import RecordError
+from taskslam.errors import InputError, RecordError
 from taskslam.report.results import read_results
 from taskslam.report.tables.latex import escape, methods_latex, waypoints_latex
+from taskslam.report.tables.layout import Layout
 from taskslam.report.tables.table_files import write_tables
 
 NASTY = r"a_b & 100% $x^2$ #1 {c} ~ \end{tabular}"
@@ -89,3 +90,30 @@ def test_without_a_run_that_can_be_used_there_is_no_table(make_run, tmp_path):
     with pytest.raises(RecordError, match="none of the runs can be used"):
         write_tables(read_results([tmp_path / "results"]), tmp_path / "tables")
     assert not (tmp_path / "tables").exists()
+
+
+def test_a_table_has_the_columns_that_are_asked_for(results):
+    layout = Layout().with_columns(["N-AUC", "C", "failures", "RTF"])
+    head, *rows = cells_of(methods_latex(results, layout))
+    assert [cell.split(" ")[0] for cell in head] == ["method", "N-AUC", "$C$", "failures", "RTF"]
+    assert {len(row) for row in rows} == {5}
+    assert "$E$" not in methods_latex(results, layout)
+    assert Layout().with_columns([]) == Layout()
+    with pytest.raises(InputError, match=r"column NAUC: expected some of .*C, E, .*Did you mean 'N-AUC'"):
+        Layout().with_columns(["NAUC"])
+
+
+def test_methods_are_called_and_ordered_as_their_authors_ask(results, tmp_path):
+    folder = [tmp_path / "results"]
+    ours = read_results(folder, {"karto": "Ours"}, ["ground_truth", "karto"])
+    assert [method.label for method in ours.methods] == ["ground_truth", "Ours", NASTY]
+    assert [result.label for result in ours.in_mode("without-map")] == ["ground_truth", "Ours", NASTY]
+    assert [method.label for method in ours.in_scenario("synthetic").methods] == ["ground_truth", "Ours", NASTY]
+    assert "karto" not in methods_latex(ours)
+    assert read_results(folder, {"karto": "Ours"}, ["Ours"]).methods[0].label == "Ours"
+    with pytest.raises(InputError, match=r"label kartp: no method is called so here; .*Did you mean 'karto'"):
+        read_results(folder, {"kartp": "Ours"})
+    with pytest.raises(InputError, match="order Ours: no method is called so here"):
+        read_results(folder, {}, ["Ours"])
+    with pytest.raises(InputError, match="label karto=ground_truth: ground_truth is called so too"):
+        read_results(folder, {"karto": "ground_truth"})

@@ -69,13 +69,14 @@ def cumulative_figure(
     width: Width,
     units: UnitSystem,
     labels: Labels = WAYPOINTS,
+    linear: bool = False,
 ) -> Figure:
     """Draw a panel for each mode on one scale, and beside or below them the rows of what the curves amount to.
 
-    limit: the axis reaches so far.
+    limit: the axis reaches so far; linear: from 0, always.
     """
     values = [value for panel in panels for curve in panel.curves for value in curve.precisions]
-    scale = scale_of(values, least=limit)
+    scale = scale_of(values, least=limit, linear=linear)
     figure, drawn = figure_with_panels(len(panels), Legend(rows, heading, key), width, _SIDES, _panel_height)
     for axes, panel in zip(drawn, panels, strict=True):
         _draw_panel(axes, panel, scale, quantity, units, labels)

@@ -28,12 +28,14 @@ from taskslam.report.results import MODES, MethodResult, Results, Run
 from taskslam.report.tables.columns import interval_of, quantity_heading, quantity_text
 
 
-def paper_figures(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
-    """Each figure with the name of its file, without an ending."""
-    yield from _precision_accuracy(results, width, units)
-    yield "cumulative_precision", _cumulative(results, width, units)
-    yield "success_within_tolerance", _success(results, width, units)
-    yield from _violins(results, width, units)
+def paper_figures(
+    results: Results, width: Width, units: UnitSystem, linear: bool = False
+) -> Iterator[tuple[str, Figure]]:
+    """Each figure with the name of its file, without an ending. linear: axes of errors from 0, never logarithmic."""
+    yield from _precision_accuracy(results, width, units, linear)
+    yield "cumulative_precision", _cumulative(results, width, units, linear)
+    yield "success_within_tolerance", _success(results, width, units, linear)
+    yield from _violins(results, width, units, linear)
     yield "quantities", _every_quantity(results, width)
     for run, name in zip(results.runs, _run_names(results.runs), strict=True):
         scenario = f", {run.metrics.scenario}" if len(results.scenarios) > 1 else ""
@@ -42,11 +44,14 @@ def paper_figures(results: Results, width: Width, units: UnitSystem) -> Iterator
         yield f"runs/trajectories_{name}", trajectory_figure(run.record, run.metrics, title, width)
 
 
-def _precision_accuracy(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
+def _precision_accuracy(
+    results: Results, width: Width, units: UnitSystem, linear: bool
+) -> Iterator[tuple[str, Figure]]:
     """A figure for each mode, on scales shared between modes."""
     by_mode = {mode: _panels(results.in_mode(mode), results) for mode in results.modes}
     scales = [
-        scatter_scale([point for panels in by_mode.values() for point in panels[index].points]) for index in range(2)
+        scatter_scale([point for panels in by_mode.values() for point in panels[index].points], linear)
+        for index in range(2)
     ]
     for mode, panels in by_mode.items():
         ranked = results.in_mode(mode)
@@ -91,7 +96,7 @@ def _means(result: MethodResult, quantity: Measure) -> tuple[float | None, float
     return result.pooled.orientation.precision_rad, result.pooled.orientation.accuracy_rad
 
 
-def _cumulative(results: Results, width: Width, units: UnitSystem) -> Figure:
+def _cumulative(results: Results, width: Width, units: UnitSystem, linear: bool) -> Figure:
     curves = {
         (result.label, result.mode): (result.pooled.precisions_m, result.pooled.planned_waypoints)
         for result in results.pooled
@@ -99,18 +104,18 @@ def _cumulative(results: Results, width: Width, units: UnitSystem) -> Figure:
     }
     reach = f"0–{position(None).shown(EXACT_RANGE):g} cm"
     return _steps(
-        results, curves, EXACT, f"{EXACT.symbol}, {reach}", "exact integral", cumulative.WAYPOINTS, width, units
+        results, curves, EXACT, f"{EXACT.symbol}, {reach}", "exact integral", cumulative.WAYPOINTS, width, units, linear
     )
 
 
-def _success(results: Results, width: Width, units: UnitSystem) -> Figure:
+def _success(results: Results, width: Width, units: UnitSystem, linear: bool) -> Figure:
     found = {
         (result.label, result.mode): success_curve([run.metrics for run in result.runs], result.missing)
         for result in results.pooled
     }
     curves = {key: curve for key, curve in found.items() if curve is not None}
     labels = cumulative.Labels("tolerance about the mean", "arrivals within (%)")
-    return _steps(results, curves, SUCCESS, f"{SUCCESS.symbol} (%)", "within 2 cm and 2°", labels, width, units)
+    return _steps(results, curves, SUCCESS, f"{SUCCESS.symbol} (%)", "within 2 cm and 2°", labels, width, units, linear)
 
 
 def _steps(
@@ -122,6 +127,7 @@ def _steps(
     labels: cumulative.Labels,
     width: Width,
     units: UnitSystem,
+    linear: bool,
 ) -> Figure:
     """Step curves of methods by mode, and beside them the quantity that they amount to. curves: values and planned."""
     methods = results.methods
@@ -171,7 +177,7 @@ def _steps(
     limit = axis.size or axis.shown(EXACT_RANGE) / 4
     return cumulative.cumulative_figure(
         panels, rows, [*key, *sensor_key([method.results[0] for method in methods])], heading, axis, limit, width,
-        units, labels,
+        units, labels, linear,
     )  # fmt: skip
 
 
@@ -199,7 +205,7 @@ def _times(factor: float, value: float | None) -> float | None:
     return None if value is None else factor * value
 
 
-def _violins(results: Results, width: Width, units: UnitSystem) -> Iterator[tuple[str, Figure]]:
+def _violins(results: Results, width: Width, units: UnitSystem, linear: bool) -> Iterator[tuple[str, Figure]]:
     quantity = position(results.units.diameter_m)
     for what, letter in (("precision", quantity.precision), ("accuracy", quantity.accuracy)):
         rows = [
@@ -213,7 +219,8 @@ def _violins(results: Results, width: Width, units: UnitSystem) -> Iterator[tupl
             )
             for method in results.methods
         ]
-        yield f"violins_{what}", violins.violin_figure(rows, quantity, units, f"{what} {letter}", width, results.modes)
+        words_of = f"{what} {letter}"
+        yield f"violins_{what}", violins.violin_figure(rows, quantity, units, words_of, width, results.modes, linear)
 
 
 def _samples(result: MethodResult | None, what: str, quantity: Measure) -> tuple[float, ...]:

@@ -66,7 +66,7 @@ def precision_accuracy_figure(
     return figure
 
 
-def scatter_scale(points: Sequence[Point]) -> Scale:
+def scatter_scale(points: Sequence[Point], linear: bool = False) -> Scale:
     """One scale for both directions: all markers, and the whiskers as far as they let the markers stay apart."""
     values = []
     for point in points:
@@ -76,7 +76,7 @@ def scatter_scale(points: Sequence[Point]) -> Scale:
         ):
             ends = [min(max(end, value / _FARTHEST), value * _FARTHEST) for end in interval or ()]
             values += [value, *ends]
-    return scale_of(values)
+    return scale_of(values, linear=linear)
 
 
 def draw_precision_accuracy(

@@ -93,11 +93,11 @@ class Scale:
         return [(index * size / parts, _fraction(index, parts)) for index in range(0, count + 1, every)]
 
 
-def scale_of(values: Sequence[float], least: float = 0.0) -> Scale:
-    """The scale that shows all values, in their unit. least: reach at least this far."""
+def scale_of(values: Sequence[float], least: float = 0.0, linear: bool = False) -> Scale:
+    """The scale that shows all values, in their unit. least: reach at least this far; linear: from 0, always."""
     positive = [max(value, _FLOOR) for value in values]
     top = max([*positive, least]) if positive or least else 1.0
-    if positive and top / min(positive) > _LINEAR_RANGE:
+    if not linear and positive and top / min(positive) > _LINEAR_RANGE:
         # `log_axis` rounds metres to centimetres: a hundredth of our unit stands for its metre.
         axis = log_axis([*(value / 100 for value in positive), *([least / 100] if least else [])])
         return Scale(axis.low * 100, axis.high * 100, True)

@@ -48,10 +48,19 @@ class ViolinRow:
 
 @printed
 def violin_figure(
-    rows: Sequence[ViolinRow], quantity: Measure, units: UnitSystem, what: str, width: Width, modes: Sequence[str]
+    rows: Sequence[ViolinRow],
+    quantity: Measure,
+    units: UnitSystem,
+    what: str,
+    width: Width,
+    modes: Sequence[str],
+    linear: bool = False,
 ) -> Figure:
-    """Draw one row for each method, from the most complete down. what: such as `precision E`; modes: that were run."""
-    scale = scale_of([value for row in rows for value in (*row.without, *row.with_map)])
+    """Draw one row for each method, from the most complete down.
+
+    what: such as `precision E`; modes: that were run; linear: from 0, always.
+    """
+    scale = scale_of([value for row in rows for value in (*row.without, *row.with_map)], linear=linear)
     names, shares = (1.12, 0.62) if width == "column" else (1.75, 0.72)
     height = _ROW * len(rows)
     figure = new_figure(WIDTHS[width], _TOP + height + _BOTTOM, constrained=False)

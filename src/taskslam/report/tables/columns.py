@@ -5,12 +5,13 @@ A column of a quantity comes from the list of quantities; the few others say wha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from markupsafe import Markup, escape
 
+from taskslam.errors import InputError, did_you_mean
 from taskslam.evaluation.metrics_file import Interval, Measured, Row, RunMetrics
 from taskslam.evaluation.pooled import Pooled
 from taskslam.evaluation.quantities import quantities
@@ -70,6 +71,16 @@ class Column:
 def quantity_columns(essential: bool = False) -> list[Column]:
     """A column for every quantity; only those for narrow places if `essential`. Raises InputError for a broken one."""
     return [_column(one) for one in quantities() if one.essential or not essential]
+
+
+def columns_named(names: Sequence[str]) -> list[Column]:
+    """The columns of these symbols, such as `E`, `C`, `N-AUC`, or headings. Raises InputError for another."""
+    named = {column.quantity.symbol: column for column in quantity_columns() if column.quantity is not None}
+    named |= {column.latex or column.heading: column for column in _OTHERS}
+    for name in names:
+        if name not in named:
+            raise InputError(f"column {name}: expected some of {', '.join(named)}.{did_you_mean(name, named)}")
+    return [named[name] for name in names]
 
 
 def quantity_text(quantity: Quantity, value: float | None) -> str:
@@ -140,3 +151,4 @@ FAILURES = Column("failures", lambda row: words.outcomes(row.numbers.failures_by
 MILLISECONDS = Column("ms a frame", _milliseconds)
 REAL_TIME = Column("× real time", lambda row: words.plain(row.numbers.real_time_factor, 1), latex="RTF")
 DROPPED = Column("dropped frames", _dropped)
+_OTHERS = (SEEDS, COMPLETE, FAILURES, MILLISECONDS, REAL_TIME, DROPPED)

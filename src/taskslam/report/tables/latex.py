@@ -9,9 +9,11 @@ from taskslam.evaluation.metrics_file import WaypointMetrics
 from taskslam.evaluation.quantities import quantities
 from taskslam.report import words
 from taskslam.report.results import MethodResult, Results, Run
-from taskslam.report.tables.columns import FAILURES, REAL_TIME, SEEDS, Column, quantity_columns, quantity_text
+from taskslam.report.tables.columns import FAILURES, REAL_TIME, Column, quantity_text
+from taskslam.report.tables.layout import Layout
 
-_MOST_WAYPOINTS = 8  # columns of a table; further waypoints go below
+ANY = Layout()
+
 _ESCAPES = str.maketrans(
     {
         "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
@@ -25,7 +27,7 @@ _DOCUMENT = r"""\documentclass{article}
 \usepackage[utf8]{inputenc}
 \usepackage{textcomp}
 \usepackage{booktabs}
-\usepackage[a4paper,landscape,margin=12mm]{geometry}
+\usepackage[PAGE]{geometry}
 \begin{document}
 \pagestyle{empty}\footnotesize\setlength{\tabcolsep}{4pt}
 %s
@@ -38,26 +40,27 @@ def escape(text: str) -> str:
     return "".join(letter if letter.isprintable() else " " for letter in text).translate(_ESCAPES)
 
 
-def document(names: Iterable[str]) -> str:
+def document(names: Iterable[str], layout: Layout = ANY) -> str:
     """A document that shows the snippets of these files; it compiles as it stands beside them."""
-    return _DOCUMENT % "\n\n\\bigskip\n\n".join(f"\\noindent\\input{{{name}}}" for name in names)
+    page = f"paper=letterpaper,textwidth={layout.width}in" if layout.width else "a4paper,landscape,margin=12mm"
+    return _DOCUMENT.replace("PAGE", page) % "\n\n\\bigskip\n\n".join(f"\\noindent\\input{{{name}}}" for name in names)
 
 
-def methods_latex(results: Results) -> str:
+def methods_latex(results: Results, layout: Layout = ANY) -> str:
     """Methods by metrics, mode by mode: the most complete first, the best of each column in bold."""
-    columns = quantity_columns()
-    names = [column.latex or escape(column.heading) for column in columns]
-    head = ["method", SEEDS.heading, *names, FAILURES.heading, REAL_TIME.latex]
-    lines = [_explanation(results), f"\\begin{{tabular}}{{ll{'r' * len(columns)}lr}}", r"\toprule", _row(head)]
+    columns = layout.of_methods
+    head = ["method", *(column.latex or escape(column.heading) for column in columns)]
+    kinds = "".join("l" if column.is_words else "r" for column in columns)
+    lines = [_explanation(results, layout), *_begin(layout, f"l{kinds}"), _row(head)]
     for mode in results.modes:
         ranked = results.in_mode(mode)
         best = [_best(column, ranked) for column in columns]
-        lines += [r"\midrule", f"\\multicolumn{{{len(head)}}}{{l}}{{\\emph{{{escape(words.mode(mode))}}}}} \\\\"]
-        lines += [_method_row(result, columns, best) for result in ranked]
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+        lines += _mode_lines(mode, len(head))
+        lines += [_method_row(result, columns, best, layout) for result in ranked]
+    return "\n".join([*lines, *_end(layout), ""])
 
 
-def waypoints_latex(results: Results, scenario: str) -> str:
+def waypoints_latex(results: Results, scenario: str, layout: Layout = ANY) -> str:
     """E in cm and, in parentheses, Delta in degrees, for every run of a scenario and each of its waypoints.
 
     As the table that the paper's authors published: a dash where a round missed the waypoint, the best E in bold, and
@@ -65,12 +68,27 @@ def waypoints_latex(results: Results, scenario: str) -> str:
     """
     runs = [run for run in results.runs if run.metrics.scenario == scenario]
     count = max(len(run.metrics.waypoints) for run in runs)
+    most = layout.waypoints
     blocks = []
-    for first in range(0, count, _MOST_WAYPOINTS):
-        goals = range(first, min(first + _MOST_WAYPOINTS, count))
-        blocks.append(_waypoint_block(results, scenario, goals, with_mean=goals[-1] == count - 1))
+    for first in range(0, count, most):
+        goals = range(first, min(first + most, count))
+        blocks.append(_waypoint_block(results, scenario, goals, goals[-1] == count - 1, layout))
     head = f"% {escape(scenario)}: E in cm (Delta in degrees) at each waypoint; underlined: mean over some of them."
     return "\n".join([head, "\n\n\\medskip\n\n".join(blocks), ""])
+
+
+def _begin(layout: Layout, columns: str) -> list[str]:
+    """The lines that open a table; one that must fit has smaller letters and gaps."""
+    fitted = ["{\\footnotesize\\setlength{\\tabcolsep}{3pt}%"] if layout.width else []
+    return [*fitted, f"\\begin{{tabular}}{{{columns}}}", r"\toprule"]
+
+
+def _end(layout: Layout) -> list[str]:
+    return [r"\bottomrule", r"\end{tabular}" + ("}" if layout.width else "")]
+
+
+def _mode_lines(mode: str, across: int) -> list[str]:
+    return [r"\midrule", f"\\multicolumn{{{across}}}{{l}}{{\\emph{{{escape(words.mode(mode))}}}}} \\\\"]
 
 
 def _best(column: Column, ranked: Sequence[MethodResult]) -> frozenset[str]:
@@ -92,27 +110,34 @@ def _best(column: Column, ranked: Sequence[MethodResult]) -> frozenset[str]:
     return frozenset(label for label, value in competing.items() if quantity_text(of, value) == text)
 
 
-def _cell(column: Column, result: MethodResult, best: frozenset[str]) -> str:
+def _cell(column: Column, result: MethodResult, best: frozenset[str], layout: Layout) -> str:
     """The value, bold among the best, and its interval if there is room for it."""
+    if column is FAILURES:
+        return escape(words.outcomes(result.pooled.failures_by_kind) or "none")
     shown = escape(column.text(result))
     shown = f"\\textbf{{{shown}}}" if result.label in best else shown
-    between = column.interval(result) if column.quantity is not None and column.quantity.essential else ""
+    between = column.interval(result) if _has_interval(column, layout) else ""
     return f"{shown} {{\\scriptsize [{escape(between)}]}}" if between else shown
 
 
-def _method_row(result: MethodResult, columns: Sequence[Column], best: Sequence[frozenset[str]]) -> str:
+def _has_interval(column: Column, layout: Layout) -> bool:
+    return layout.intervals and column.quantity is not None and column.quantity.essential
+
+
+def _method_row(result: MethodResult, columns: Sequence[Column], best: Sequence[frozenset[str]], layout: Layout) -> str:
     pooled = result.pooled
     name = f"\\emph{{{escape(result.label)}}}" if result.is_reference else escape(result.label)
     if pooled.missing_runs:
         name += f" ({pooled.runs} of {pooled.planned_runs} runs)"
-    cells = [_cell(column, result, labels) for column, labels in zip(columns, best, strict=True)]
-    failures = words.outcomes(pooled.failures_by_kind) or "none"
-    return _row([name, SEEDS.text(result), *cells, escape(failures), escape(REAL_TIME.text(result))])
+    cells = [_cell(column, result, labels, layout) for column, labels in zip(columns, best, strict=True)]
+    return _row([name, *cells])
 
 
-def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bool) -> str:
-    head = ["mode", "method", *(str(goal + 1) for goal in goals), *(["mean"] if with_mean else [])]
-    lines = [f"\\begin{{tabular}}{{ll{'r' * (len(head) - 2)}}}", r"\toprule", _row(head)]
+def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bool, layout: Layout) -> str:
+    named = [] if layout.width else ["mode"]
+    head = [*named, "method", *(str(goal + 1) for goal in goals), *(["mean"] if with_mean else [])]
+    words_of = len(named) + 1
+    lines = [*_begin(layout, "l" * words_of + "r" * (len(head) - words_of)), _row(head)]
     for mode in results.modes:
         ranked = [
             (run, result.is_reference)
@@ -122,7 +147,7 @@ def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bo
         ]
         if not ranked:
             continue
-        lines.append(r"\midrule")
+        lines += [r"\midrule"] if named else _mode_lines(mode, len(head))
         best = {
             goal: _least(_precision(_at(run, goal)) for run, reference in ranked if not reference) for goal in goals
         }
@@ -131,8 +156,9 @@ def _waypoint_block(results: Results, scenario: str, goals: range, with_mean: bo
             name = f"{run.label}, seed {run.metrics.seed}" if seeds else run.label
             cells = [_waypoint_cell(_at(run, goal), None if reference else best[goal]) for goal in goals]
             mean = [_mean_cell(run)] if with_mean else []
-            lines.append(_row([words.mode(mode) if index == 0 else "", escape(name), *cells, *mean]))
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+            own_mode = [words.mode(mode) if index == 0 else ""] if named else []
+            lines.append(_row([*own_mode, escape(name), *cells, *mean]))
+    return "\n".join([*lines, *_end(layout)])
 
 
 def _at(run: Run, goal: int) -> WaypointMetrics | None:
@@ -162,17 +188,19 @@ def _mean_cell(run: Run) -> str:
     return text if metrics.complete_waypoints == metrics.planned_waypoints else f"\\underline{{{text}}}"
 
 
-def _explanation(results: Results) -> str:
+def _explanation(results: Results, layout: Layout) -> str:
     rounds = ", ".join(map(str, results.rounds))
     level = results.pooled[0].pooled.uncertainty.level
+    over = words.intervals_over(results.several_seeds)
+    shown = {column.quantity.key for column in layout.of_methods if column.quantity is not None}
     return "\n".join(
         (
             f"% Needs \\usepackage{{booktabs}}. Scenarios: {escape(', '.join(results.scenarios))}; rounds: {rounds}.",
-            *(f"% {one.latex or escape(one.symbol)}: {escape(one.words)}." for one in quantities()),
-            f"% Means are over waypoints reached in every round. In brackets: {100 * level:g} \\% intervals,",
-            f"% {words.intervals_over(results.several_seeds)}.",
+            *(f"% {one.latex or escape(one.symbol)}: {escape(one.words)}." for one in quantities() if one.key in shown),
+            "% Means are over waypoints reached in every round.",
+            *([f"% In brackets: {100 * level:g} \\% intervals, {over}."] if layout.intervals else []),
             "% Bold: the best, of a mean among the most complete methods. Italic: a reference, told the truth.",
-            "% RTF: simulated time over wall time.",
+            *(["% RTF: simulated time over wall time."] if REAL_TIME in layout.of_methods else []),
         )
     )
 

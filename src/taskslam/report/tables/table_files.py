@@ -16,24 +16,25 @@ from taskslam.files import write_whole, writing
 from taskslam.printable import printable
 from taskslam.report.results import Results
 from taskslam.report.tables.columns import quantity_columns
-from taskslam.report.tables.latex import document, methods_latex, waypoints_latex
+from taskslam.report.tables.latex import ANY, document, methods_latex, waypoints_latex
+from taskslam.report.tables.layout import Layout
 from taskslam.report.tables.markdown import methods_markdown
 
 
-def write_tables(results: Results, folder: Path) -> list[Path]:
-    """Write every table into a folder, which is made; returns the paths.
+def write_tables(results: Results, folder: Path, layout: Layout = ANY) -> list[Path]:
+    """Write every table into a folder, which is made; returns the paths. layout: of those in LaTeX.
 
     Raises RecordError if no run was finished and whole, DiskFullError.
     """
     if not results.runs:
         raise RecordError("none of the runs can be used; expected at least one that is finished and whole")
-    snippets = {"methods.tex": methods_latex(results)}
+    snippets = {"methods.tex": methods_latex(results, layout)}
     for number, scenario in enumerate(results.scenarios, start=1):
         name = f"waypoints_{number}.tex" if len(results.scenarios) > 1 else "waypoints.tex"
-        snippets[name] = waypoints_latex(results, scenario)
+        snippets[name] = waypoints_latex(results, scenario, layout)
     files = {
         **snippets,
-        "tables.tex": document(snippets),
+        "tables.tex": document(snippets, layout),
         "methods.md": methods_markdown(results),
         "methods.csv": methods_csv(results),
         "waypoints.csv": waypoints_csv(results),
