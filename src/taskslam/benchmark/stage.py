@@ -103,19 +103,23 @@ def load_place(scenario: Scenario, world_paths: Sequence[Path], observer: Observ
 
     Raises WorldError, FloorPlanError, ScenarioError.
     """
-    world = None
+    world, plan = None, None
     if scenario.world is not None:
         observer.stage("loading the world")
-        world = load_scenario_world(scenario, world_paths)
+        plan = _plan(scenario, None) if scenario.world.walls is not None else None
+        world = load_scenario_world(scenario, world_paths, plan)
     observer.stage("preparing the floor plan")
-    return world, _plan(scenario, world)
+    return world, _plan(scenario, world) if plan is None else plan
 
 
-def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path]) -> World:
-    """The world of a scenario, its floor at z = 0. Raises WorldError; ScenarioError if it names none."""
+def load_scenario_world(scenario: Scenario, world_paths: Sequence[Path], plan: FloorPlan | None = None) -> World:
+    """The world of a scenario, its floor at z = 0. plan: on which walls are raised, if it was read already.
+
+    Raises WorldError; ScenarioError if it names none.
+    """
     source = source_of(scenario)
     if source.walls is not None:
-        world = extruded_world(_plan(scenario, None), source.walls, scenario.name)
+        world = extruded_world(plan or _plan(scenario, None), source.walls, scenario.name)
     elif source.name is not None:
         world = load_world(source.name)
     else:

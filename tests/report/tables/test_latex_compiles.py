@@ -17,7 +17,7 @@ from taskslam.report.tables.table_files import write_tables
 
 PACKAGES = (Path(__file__).parent / "debian_packages.txt").read_text().split()
 METHODS = {
-    r"a_b & 100% ~ {c} #1 \end": 0.3,
+    r"b_ & 5%~{c}#1\\": 0.3,
     "karto": 0.004,
     "slam_toolbox": 0.0123,
     "fast_lio2": 0.0456,
