@@ -80,7 +80,8 @@ def waypoints_latex(results: Results, scenario: str, layout: Layout = ANY) -> st
 def _begin(layout: Layout, columns: str) -> list[str]:
     """The lines that open a table; one that must fit has smaller letters and gaps."""
     fitted = ["{\\footnotesize\\setlength{\\tabcolsep}{3pt}%"] if layout.width else []
-    return [*fitted, f"\\begin{{tabular}}{{{columns}}}", r"\toprule"]
+    edge = "@{}" if layout.width else ""
+    return [*fitted, f"\\begin{{tabular}}{{{edge}{columns}{edge}}}", r"\toprule"]
 
 
 def _end(layout: Layout) -> list[str]:

@@ -33,6 +33,6 @@ class Layout:
 
 def presets() -> Mapping[str, Layout]:
     """By name: one column and both columns of an IEEE page."""
-    narrow = Layout(tuple(columns_named(("C", "E", "e", "N-AUC"))), intervals=False, waypoints=3, width=3.5)
+    narrow = Layout(tuple(columns_named(("C", "E", "e", "N-AUC"))), intervals=False, waypoints=2, width=3.5)
     wide = Layout(tuple(columns_named(("C", "E", "e", "Δ", "δ", "N-AUC"))), intervals=True, waypoints=8, width=7.16)
     return MappingProxyType({"ieee-column": narrow, "ieee-wide": wide})
