@@ -38,7 +38,6 @@ from taskslam.version import __version__
 app = typer.Typer(
     name="taskslam",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     help="Put SLAM inside the navigation loop: did the robot arrive, and how closely do its arrivals agree?",
