@@ -50,6 +50,7 @@ RAW_EXCUSED = {
     "taskslam.record.run_lock": "opens to lock",
     "taskslam.record.place": "opens to sync",
     "taskslam.record.resumption": "opens to write",
+    "taskslam.record.newest": "opens to write",
     "taskslam.record.served": "opens to write",
     "taskslam.ros.ros2.bridge_process": "frames of bounded length from our own process",
     "taskslam.ros.ros2.domain": "opens files in shared memory to try their locks",

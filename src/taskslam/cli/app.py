@@ -30,6 +30,7 @@ from taskslam.cli import (
     suite,
     tags,
     verify,
+    watch,
     worlds,
 )
 from taskslam.cli.console import say
@@ -48,6 +49,7 @@ app.command("run")(run.run)
 app.command("serve")(serve.serve)
 app.command("suite")(suite.suite)
 app.add_typer(campaign.app, name="campaign")
+app.command("watch")(watch.watch)
 app.command("choose")(choose.choose)
 app.command("lab")(lab.lab)
 app.command("runs")(runs.runs)
