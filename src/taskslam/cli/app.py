@@ -27,6 +27,7 @@ from taskslam.cli import (
     runs,
     scenarios,
     serve,
+    spread,
     suite,
     tags,
     verify,
@@ -50,6 +51,7 @@ app.command("serve")(serve.serve)
 app.command("suite")(suite.suite)
 app.add_typer(campaign.app, name="campaign")
 app.command("watch")(watch.watch)
+app.command("spread")(spread.spread)
 app.command("choose")(choose.choose)
 app.command("lab")(lab.lab)
 app.command("runs")(runs.runs)
