@@ -51,6 +51,7 @@ from taskslam.record import (
     RunEnded,
     RunWriter,
 )
+from taskslam.record.compression import compress_trajectories
 from taskslam.record.journal import JournalWriter
 from taskslam.record.resumption import Tally, add_tally
 from taskslam.record.served import Served, ServedRecord
@@ -274,6 +275,12 @@ def run(folder: Path) -> None:
                 "started_utc": "2030-01-01T00:00:00Z", "complete": False, "unjudged": {"2": "nobody watched"},
             }
         )  # fmt: skip
+
+
+def compressed(folder: Path) -> None:
+    """The same run with compressed trajectories."""
+    run(folder)
+    compress_trajectories(folder / "run")
 
 
 def interrupted(folder: Path) -> None:

@@ -248,6 +248,8 @@ READERS = {
         Reader("resumption", examples.interrupted, whole(_resumption), ("taskslam.record.resumption",)),
         Reader("watched", examples.watched, whole(_watched),
                ("taskslam.record.newest", "taskslam.benchmark.campaign.watching"), FEW),
+        Reader("compressed", examples.compressed, whole(_run), ("taskslam.record.compression",),
+               only=(".gz",)),
         Reader("card", examples.card, one(partial(read_kept_card, method="karto")), ("taskslam.slam.cards",)),
         Reader("metrics", examples.metrics, whole(_metrics), ("taskslam.evaluation.metrics_file",),
                only=("metrics.json",)),

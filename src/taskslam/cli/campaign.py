@@ -240,6 +240,36 @@ def prune(
     say(f"{len(doomed)} places{'' if yes or not doomed else '; --yes removes them'}")
 
 
+@app.command("compress")
+def compress(
+    folder: Annotated[Path, typer.Argument(help="Of a campaign, or any with runs.")],
+    undo: Annotated[bool, typer.Option("--undo", help="Bring the plain files back.")] = False,
+) -> None:
+    """Compress the trajectories of finished tours: a third of the room, and nothing lost.
+
+    truth.tum becomes truth.tum.gz, which every verb reads as before; gunzip, or --undo, brings it back. Replays stay
+    as they are, since tools for trajectories are given their files. More can be driven into the folder meanwhile.
+
+    Examples:
+        taskslam campaign compress paper
+
+        taskslam campaign compress paper --undo
+    """
+    from taskslam.errors import RecordError
+    from taskslam.record import find_runs, load_manifest
+    from taskslam.record.compression import compress_trajectories, expand_trajectories
+
+    freed, count = 0, 0
+    for run in find_runs(folder):
+        try:
+            if load_manifest(run).source == "simulation":
+                freed += (expand_trajectories if undo else compress_trajectories)(run)
+                count += 1
+        except RecordError as error:
+            say(f"left as it is: {error}", err=True)
+    say(f"{count} runs; {abs(freed) / 1e6:.1f} MB of the disk are {'free' if freed >= 0 else 'taken'} by that")
+
+
 def drive_planned(planned: Plan, engine: Engine, out: Path, sealed: bool, quiet: bool) -> None:
     """Let an engine drive a plan, name what was not driven, and leave a report; ends with the exit status."""
     from taskslam.benchmark.campaign.notes import Keeping

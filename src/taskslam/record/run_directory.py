@@ -7,6 +7,8 @@
     plan.yaml, .png   the floor plan
     spec.json         the run as one value, from which it can be driven again
 
+Trajectories of a finished run may be compressed (`compression.py`): truth.tum.gz.
+
 While a run is under way it lives in a hidden folder beside its place, `.<name>.partial`, which is renamed at the end;
 one process at a time writes it (`run_lock.py`). What an interrupted one leaves, the next start goes on with where it
 can (`resumption.py`), and removes otherwise. Nothing is written through a link. A cluster may take a machine for dead
@@ -36,6 +38,7 @@ from taskslam.errors import RecordError
 from taskslam.files import remove, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
 from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, is_there, read_bytes, read_json, read_text
+from taskslam.record.compression import plain_or_compressed
 from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
@@ -311,7 +314,7 @@ class RunRecord:
 
     def trajectory(self, round: int, name: PoseName) -> Trajectory:  # noqa: A002 the protocol's word
         """A round's trajectory in `map`; empty if none was recorded. Raises RecordError if the file is damaged."""
-        path = round_folder(self.directory, round) / f"{name}.tum"
+        path = plain_or_compressed(round_folder(self.directory, round) / f"{name}.tum")
         if not path.exists():
             return Trajectory(np.empty(0, dtype=np.int64), np.empty((0, 3)))
         return read_trajectory(path)

@@ -77,7 +77,8 @@ def where_is(folder: Path, note: Note | None = None) -> State:
     signs = [_written(partial_folder(folder) / name) for name in (JOURNAL, NEWEST)]
     if signs[0] is None:
         return State.WAITING if note is None else State.NOT_DRIVEN
-    if time.time() - max(sign for sign in signs if sign is not None) < _SILENT_S:
+    # Written in the future: the clock was put back since then, and who drives would have written again by now.
+    if min(abs(time.time() - sign) for sign in signs if sign is not None) < _SILENT_S:
         return State.UNDER_WAY
     return State.INTERRUPTED if note is None else State.NOT_DRIVEN
 

@@ -28,6 +28,7 @@ from taskslam.errors import InputError, RecordError
 from taskslam.geometry import SE2
 from taskslam.mode import Mode
 from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, read_bytes
+from taskslam.record.compression import plain_or_compressed
 from taskslam.record.events import Event, GoalStarted, RoundStarted
 from taskslam.record.journal import read_lines
 from taskslam.record.manifest import Manifest
@@ -309,7 +310,7 @@ def _last_of(run: Path, events: tuple[Event, ...]) -> Newest | None:
     if not started:
         return None
     for name in ("truth", "estimate", "odometry"):
-        path = round_folder(run, started[-1]) / f"{name}.tum"
+        path = plain_or_compressed(round_folder(run, started[-1]) / f"{name}.tum")
         with contextlib.suppress(RecordError):
             track = read_trajectory(path)
             if len(track):
