@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from taskslam.evaluation.quantities import quantities
 from taskslam.printable import in_markdown, one_line
@@ -18,7 +18,7 @@ def methods_markdown(results: Results) -> str:
         part = results.in_scenario(name)
         title = part.runs[0].manifest.title
         columns = [SEEDS, COMPLETE, *quantity_columns(), FAILURES, MILLISECONDS, REAL_TIME]
-        head = ["method", "sees with", "mode", *(in_markdown(column.heading) for column in columns)]
+        head = ["method", "sees with", "mode", "robot", "latency", *(in_markdown(column.heading) for column in columns)]
         rows = [_cells(result, columns) for method in part.methods for result in method.results]
         lines = [_line(head), _line(["---"] * len(head)), *map(_line, rows)]
         tables.append("\n".join([f"**{in_markdown(title)}**", "", *lines]))
@@ -30,6 +30,8 @@ def _cells(result: MethodResult, columns: Sequence[Column]) -> list[str]:
         _code(result.label) + (" (reference)" if result.is_reference else ""),
         in_markdown(cards.sensor_name(result.sensor)),
         words.mode(result.mode),
+        _one_or_all(run.manifest.robot_name for run in result.runs),
+        _one_or_all(run.manifest.latency for run in result.runs),
         *(_with_interval(in_markdown(column.text(result)), column.interval(result)) for column in columns),
     ]
 
@@ -39,6 +41,12 @@ def _explanation(results: Results) -> str:
     over = words.intervals_over(results.several_seeds)
     said = "; ".join(f"{one.symbol}: {one.words}" for one in quantities())
     return f"{said}. Means are over waypoints reached in every round. In brackets: {level:.0%} intervals, {over}."
+
+
+def _one_or_all(names: Iterable[str | None]) -> str:
+    """What all runs of a row have, or the different ones."""
+    known = dict.fromkeys(name for name in names if name)
+    return ", ".join(map(_code, known)) or words.DASH
 
 
 def _line(cells: Sequence[str]) -> str:
