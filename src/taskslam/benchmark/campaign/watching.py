@@ -12,15 +12,15 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from taskslam.benchmark.campaign.notes import Note, notes
 from taskslam.benchmark.campaign.plan_file import KeptPlan, campaign_folder, has_plan, read_plan
-from taskslam.benchmark.campaign.price import Prices
+from taskslam.benchmark.campaign.price import Price, Prices
 from taskslam.benchmark.campaign.state import State, where_is
 from taskslam.benchmark.resources import Resources
 from taskslam.benchmark.spec import Drive, RunSpec, run_folder
@@ -154,10 +154,11 @@ class Watched:
     def __init__(self, folder: Path) -> None:
         """Look for the first time. Raises RecordError if there is no run and no campaign, or its plan is damaged."""
         self.folder = folder.absolute()
-        self._plan: tuple[int, KeptPlan] | None = None
+        self._plan: tuple[int, KeptPlan, tuple[Seen, ...]] | None = None
+        self._begun: dict[Path, Seen] = {}
         self._finished: dict[Path, tuple[int, Seen]] = {}
-        self._specs: dict[Path, RunSpec] = {}
-        self._priced: tuple[float, int, Prices] | None = None
+        self._digests: dict[Path, str] = {}
+        self._prices: _Priced | None = None
         if not self.look().runs:
             raise RecordError(
                 f"{folder}: no run, finished or under way; expected a campaign's folder, or that of a run"
@@ -165,10 +166,9 @@ class Watched:
 
     def look(self) -> Look:
         """How far all is at this moment. Raises RecordError: a campaign's plan has become unreadable."""
-        said = notes(self.folder)
         if has_plan(self.folder):
-            specs = self._kept_plan().plan.specs
-            runs = tuple(self._seen(run_folder(self.folder, spec), spec, said.get(spec.digest)) for spec in specs)
+            said = notes(self.folder)
+            runs = tuple(self._seen(run, said) for run in self._planned()[1])
         else:
             found = (self._found(place) for place in self._places())
             runs = tuple(run for run in found if run is not None)
@@ -189,11 +189,15 @@ class Watched:
             rounds = manifest.rounds + (manifest.mode is Mode.WITH_MAP)
         return Closer(run, rounds, start, goals, events, _last_of(run.folder, events))
 
-    def _kept_plan(self) -> KeptPlan:
+    def _planned(self) -> tuple[KeptPlan, tuple[Seen, ...]]:
+        """The campaign, and its runs as if none had begun; read anew when the plan has changed."""
         written = (campaign_folder(self.folder) / "plan.json").stat().st_mtime_ns
         if self._plan is None or self._plan[0] != written:
-            self._plan = (written, read_plan(self.folder))
-        return self._plan[1]
+            kept = read_plan(self.folder)
+            runs = tuple(_waiting(run_folder(self.folder, spec), spec) for spec in kept.plan.specs)
+            self._plan = (written, kept, runs)
+            self._digests, self._prices = {}, None
+        return self._plan[1:]
 
     def _places(self) -> Iterator[Path]:
         """Where runs stand or will, sorted: below the folder, or at it."""
@@ -204,22 +208,32 @@ class Watched:
 
     def _found(self, place: Path) -> Seen | None:
         """A run that no plan tells of, by what its folder says."""
-        if place not in self._specs:
+        if place not in self._begun:
             for folder in (place, partial_folder(place)):
                 with contextlib.suppress(RecordError, InputError):
                     text = read_bytes(folder / SPEC, "run's spec", RecordError, LARGEST_MANIFEST)
-                    self._specs[place] = RunSpec.from_json(text)
+                    self._begun[place] = _waiting(place, RunSpec.from_json(text))
                     break
-        spec = self._specs.get(place)
-        return self._seen(place, spec) if spec is not None else self._seen_finished(place, None)
+        run = self._begun.get(place)
+        return self._seen_finished(place, None) if run is None else self._seen(run, {})
 
-    def _seen(self, folder: Path, spec: RunSpec, note: Note | None = None) -> Seen:
-        state = where_is(folder, note)
-        if state is State.FINISHED and (finished := self._seen_finished(folder, spec)) is not None:
-            return finished
-        detail = "" if note is None or state is State.FINISHED else f"{note.ending}: {note.detail}"
-        done = 0.0 if state is State.WAITING else _share_done(folder, spec)
-        return Seen(folder, spec.task.name, spec.way, spec.mode, spec.seed, state, done, spec, None, detail)
+    def _seen(self, run: Seen, said: Mapping[str, Note]) -> Seen:
+        """How far a run is by now. said: why runs could not be driven, by their digests."""
+        assert run.spec is not None
+        note = said.get(self._digest_of(run)) if said else None
+        state = where_is(run.folder, note)
+        if state is State.WAITING:
+            return run
+        if state is State.FINISHED:
+            return self._seen_finished(run.folder, run.spec) or replace(run, state=state, done=1.0)
+        detail = "" if note is None else f"{note.ending}: {note.detail}"
+        return replace(run, state=state, done=_share_done(run.folder, run.spec), detail=detail)
+
+    def _digest_of(self, run: Seen) -> str:
+        assert run.spec is not None
+        if run.folder not in self._digests:
+            self._digests[run.folder] = run.spec.digest
+        return self._digests[run.folder]
 
     def _seen_finished(self, folder: Path, spec: RunSpec | None) -> Seen | None:
         try:
@@ -249,31 +263,53 @@ class Watched:
         specs = [run.spec for run in runs if run.spec is not None and isinstance(run.spec.task, Drive)]
         if not open_runs or not specs:
             return None
-        share = self._kept_plan().campaign.resources if self._plan is not None else Resources()
-        prices = self._prices(specs, share, len(runs) - len(open_runs))
-        left = [
-            (run, run.spec, prices.of(run.spec))
-            for run in open_runs
-            if run.spec is not None and isinstance(run.spec.task, Drive)
-        ]
-        core_s = sum((1.0 - run.done) * price.core_s for run, _, price in left)
-        cores = sum(share.of(spec.method).cores for run, spec, _ in left if run.state is State.UNDER_WAY)
-        return Outlook(core_s, core_s / cores if cores else None, all(price.measured for *_, price in left))
+        prices = self._priced(specs, len(runs) - len(open_runs))
+        left = [(run, prices.of(run)) for run in open_runs if run.spec is not None and isinstance(run.spec.task, Drive)]
+        core_s = sum((1.0 - run.done) * price.core_s for run, price in left)
+        share = self._resources
+        cores = sum(share.of(run.spec.method).cores for run in open_runs if run.spec and run.state is State.UNDER_WAY)
+        return Outlook(core_s, core_s / cores if cores else None, all(price.measured for _, price in left))
 
-    def _prices(self, specs: list[RunSpec], share: Resources, finished: int) -> Prices:
+    @property
+    def _resources(self) -> Resources:
+        return Resources() if self._plan is None else self._plan[1].campaign.resources
+
+    def _priced(self, specs: list[RunSpec], finished: int) -> _Priced:
         """Prices by what is finished, read anew when that has changed, but not at every look."""
-        now = time.monotonic()
-        if self._priced is None or (self._priced[1] != finished and now - self._priced[0] > _PRICES_STAY_S):
-            self._priced = (now, finished, Prices(specs, self._out(), share))
-        return self._priced[2]
+        now, old = time.monotonic(), self._prices
+        if old is None or (old.finished != finished and now - old.asked > _PRICES_STAY_S):
+            self._prices = old = _Priced(Prices(specs, self._out(), self._resources), now, finished)
+        return old
 
     def _out(self) -> Path:
         """The folder of results that this one is, or is in: where finished runs stand by the names of their specs."""
-        for place, spec in self._specs.items():
-            out = place.parents[len(run_folder(Path(), spec).parts) - 1]
-            if run_folder(out, spec) == place:
+        for place, run in self._begun.items():
+            assert run.spec is not None
+            out = place.parents[len(run_folder(Path(), run.spec).parts) - 1]
+            if run_folder(out, run.spec) == place:
                 return out
         return self.folder
+
+
+@dataclass(frozen=True)
+class _Priced:
+    """What runs cost, as it was asked at an instant (s) when so many were finished."""
+
+    prices: Prices
+    asked: float
+    finished: int
+    known: dict[Path, Price] = field(default_factory=dict)
+
+    def of(self, run: Seen) -> Price:
+        assert run.spec is not None
+        if run.folder not in self.known:
+            self.known[run.folder] = self.prices.of(run.spec)
+        return self.known[run.folder]
+
+
+def _waiting(folder: Path, spec: RunSpec) -> Seen:
+    """A run as if it had not begun."""
+    return Seen(folder, spec.task.name, spec.way, spec.mode, spec.seed, State.WAITING, 0.0, spec)
 
 
 def _place_of(partial: Path) -> Path:

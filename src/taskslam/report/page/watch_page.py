@@ -73,7 +73,6 @@ class WatchPage:
             "why": {str(n): run.detail for n, run in enumerate(look.runs) if run.detail},
             "counts": counts_in_words(look),
             "outlook": outlook_in_words(look),
-            "over": not any(run.state in {State.UNDER_WAY, State.WAITING} for run in look.runs),
             "chosen": chosen,
             "run": None if chosen is None else _told(self._watched.closer(look.runs[chosen])),
         }
@@ -130,7 +129,6 @@ def _told(closer: Closer) -> dict[str, Any]:
         "title": f"{seen.scenario} · {seen.way}",
         "setting": f"{words.mode(seen.mode)} · seed {seen.seed}",
         "where": where_in_words(closer),
-        "state": seen.state,
         "goals": [[goal.x, goal.y, goal.theta] for goal in closer.goals],
         "start": None if closer.start is None else [closer.start.x, closer.start.y, closer.start.theta],
         "heading": closer.heading,

@@ -106,7 +106,13 @@
     busy = true;
     try {
       const said = await ask("look", {known, run: chosen});
-      if (said.runs) { runs = said.runs; known = said.known; chosen = null; drawn = null; buildMatrix(); }
+      if (said.runs) {
+        const kept = chosen === null ? "" : JSON.stringify(runs[chosen]);
+        runs = said.runs; known = said.known; drawn = null;
+        const place = runs.findIndex((run) => JSON.stringify(run) === kept);
+        chosen = place < 0 ? null : place;  // shown again by the next look
+        buildMatrix();
+      }
       fillMatrix(said.states, said.done, said.why, said.chosen);
       put(at("counts"), said.counts); put(at("outlook"), said.outlook);
       await showRun(said.run, said.chosen);
