@@ -148,6 +148,7 @@ class Torture:
             for pid in chosen:
                 kill(pid)
             self.kills[victim] += bool(chosen)
+            sys.stderr.write(f"kill {self.kills.total()}: {victim}\n" if chosen else "")
             return bool(chosen)
         return False
 

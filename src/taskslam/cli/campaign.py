@@ -293,10 +293,8 @@ def tables(
     from taskslam.report.tables.marked_part import replace_marked
 
     results = read_results([folder])
-    for left in results.left_out:
-        say(f"Left out {left.directory}: {left.reason}", err=True)
     kept = read_plan(folder) if has_plan(folder) else None
-    text = methods_markdown(results) if results.runs else "No run is finished.\n"
+    text = methods_markdown(results, under_way=kept is not None) if results.runs else "No run is finished.\n"
     text += f"\n{_left_in_words(kept, folder)}\n" if kept is not None else ""
     if into is None:
         say(text.rstrip())
