@@ -1,8 +1,8 @@
 """Two runs at a time against one on a core of its own, and what the engine itself takes of a run's time.
 
-    python benchmarks/engine_overhead.py [--rounds 3]
+    python benchmarks/engine_overhead.py [--runs 4] [--rounds 3]
 
-Four runs of `karto` through the built-in house, of four seeds, each with one core: with one job on one core, with two
+Runs of `karto` through the built-in house, each of another seed and with one core: with one job on one core, with two
 jobs on two, and one after the other in a process without an engine. Two jobs are wanted to be 1.9 times as fast as one,
 and what the engine adds (workers that start, watching, judging) to be below 2 % of the time of the runs. Start-up is
 counted in all three. Only a machine that does nothing else can tell; the load before and after is printed.
@@ -28,17 +28,17 @@ from taskslam.mode import Mode
 from taskslam.observer import Observer
 from taskslam.scenario import load_scenario
 
-RUNS = 4
 WANTED_FASTER, WANTED_OVERHEAD = 1.9, 0.02
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=4, help="an even number")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--directly", type=Path, help=argparse.SUPPRESS)
     wanted = parser.parse_args()
     stage = set_stage(load_scenario("house", [f"protocol.rounds={wanted.rounds}"]), (), Observer())
-    specs = [stage.spec("karto", Mode.WITHOUT_MAP, seed) for seed in range(RUNS)]
+    specs = [stage.spec("karto", Mode.WITHOUT_MAP, seed) for seed in range(wanted.runs)]
     if wanted.directly is not None:
         for spec in specs:
             run(stage, spec, wanted.directly)
@@ -53,9 +53,9 @@ def main() -> None:
         engine_s(specs[:1], out / "warm", cores[:1])  # what is cached is there
         one = engine_s(specs, out / "one", cores[:1])
         two = engine_s(specs, out / "two", cores[:2])
-        direct = directly_s(out / "direct", cores[:1], wanted.rounds)
+        direct = directly_s(out / "direct", cores[:1], wanted.runs, wanted.rounds)
     faster, overhead = one / two, one / direct - 1.0
-    print(f"{RUNS} runs with one job on one core: {one:.1f} s; with two on two: {two:.1f} s")
+    print(f"{wanted.runs} runs with one job on one core: {one:.1f} s; with two on two: {two:.1f} s")
     print(f"  {faster:.2f} times as fast (wanted: {WANTED_FASTER})")
     print(f"in one process without an engine, on one core: {direct:.1f} s")
     print(f"  the engine adds {overhead:.1%} (wanted: below {WANTED_OVERHEAD:.0%})")
@@ -71,11 +71,12 @@ def engine_s(specs: list[RunSpec], out: Path, cores: list[int]) -> float:
     return time.perf_counter() - began
 
 
-def directly_s(out: Path, cores: list[int], rounds: int) -> float:
+def directly_s(out: Path, cores: list[int], runs: int, rounds: int) -> float:
     """Seconds of the same runs one after the other in one process, its start included."""
     os.sched_setaffinity(0, cores)
     began = time.perf_counter()
-    subprocess.run([sys.executable, __file__, "--directly", out, "--rounds", str(rounds)], check=True)
+    how_much = ("--runs", str(runs), "--rounds", str(rounds))
+    subprocess.run([sys.executable, __file__, "--directly", out, *how_much], check=True)
     return time.perf_counter() - began
 
 
