@@ -127,6 +127,7 @@ class Torture:
                 return
             if status == 0 and not self._remove_crashed(after):
                 self.said["campaigns"] += 1
+                sys.stderr.write("".join(f"{fault}\n" for fault in self.faults))
                 sys.stderr.write(f"{self.kills.total()} of {kills} kills, {len(self.faults)} faults\n")
                 return
 
@@ -147,6 +148,7 @@ class Torture:
             for pid in chosen:
                 kill(pid)
             self.kills[victim] += bool(chosen)
+            sys.stderr.write(f"kill {self.kills.total()}: {victim}\n" if chosen else "")
             return bool(chosen)
         return False
 
@@ -169,7 +171,7 @@ class Torture:
 
     def _wait_for_the_dead(self) -> None:
         """The kernel ends what a killed process leaves behind; it may take a moment."""
-        deadline = time.monotonic() + 10
+        deadline = time.monotonic() + 60  # of a machine that has other work
         mark = str(self.folder).encode()
         while time.monotonic() < deadline:
             left = [pid for pid in pids() if mark in environment_of(pid)]

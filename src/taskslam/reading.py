@@ -7,6 +7,7 @@ caller names the error that carries the sentence, and `what`: the file's noun, s
 
 from __future__ import annotations
 
+import gzip
 import io
 import math
 import os
@@ -14,6 +15,7 @@ import stat
 import sys
 import warnings
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 MIB = 1 << 20
 
+COMPRESSED = ".gz"
 LARGEST_WRITTEN_BY_HAND = MIB  # YAML, waypoint files
 LARGEST_KEPT_PICTURE = MIB  # of an arrival, inside a page
 LARGEST_MANIFEST = 64 * MIB
@@ -104,12 +107,21 @@ def open_file(path: Path, what: str, error: type[Exception], largest: int | None
 
 
 def read_bytes(path: Path, what: str, error: type[Exception], largest: int) -> bytes:
-    """All bytes of a file, as many as it had when it was opened. Raises `error` as `open_file` does."""
+    """All bytes of a file, as many as it had when it was opened; of one that ends in `.gz`, what is compressed in it.
+
+    Raises `error` as `open_file` does, or because a compressed file is damaged or holds more than `largest`.
+    """
     with open_file(path, what, error, largest) as file:
         try:
-            return file.read()
-        except OSError as fault:
-            raise error(f"{path}: cannot read the {what}: {fault.strerror}") from fault
+            if path.suffix != COMPRESSED:
+                return file.read()
+            with gzip.GzipFile(fileobj=file) as whole:
+                content = whole.read(largest + 1)
+        except (OSError, EOFError, zlib.error) as fault:
+            raise error(f"{path}: cannot read the {what}: {getattr(fault, 'strerror', None) or fault}") from fault
+    if len(content) > largest:
+        raise error(f"{path}: holds more than {largest / MIB:g} MB; expected a file that describes the {what}")
+    return content
 
 
 def read_text(path: Path, what: str, error: type[Exception], largest: int) -> str:

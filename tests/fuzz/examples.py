@@ -51,6 +51,7 @@ from taskslam.record import (
     RunEnded,
     RunWriter,
 )
+from taskslam.record.compression import compress_trajectories
 from taskslam.record.journal import JournalWriter
 from taskslam.record.resumption import Tally, add_tally
 from taskslam.record.served import Served, ServedRecord
@@ -68,6 +69,7 @@ from taskslam.world.cache import save_cached
 from taskslam.world.gazebo.importer import import_sdf
 from taskslam.world.gazebo.resources import Resources, search_roots
 from taskslam.world.map_server import save_floor_plan
+from watched import write_watched
 
 SECOND = 1_000_000_000
 GOALS = [SE2(1.0, 2.0, 0.5), SE2(3.0, 0.0, 0.0), SE2(3.0, 4.0, -1.0)]
@@ -275,6 +277,12 @@ def run(folder: Path) -> None:
         )  # fmt: skip
 
 
+def compressed(folder: Path) -> None:
+    """The same run with compressed trajectories."""
+    run(folder)
+    compress_trajectories(folder / "run")
+
+
 def interrupted(folder: Path) -> None:
     """What two rounds of a run without map leave that was then killed."""
     journal = JournalWriter(folder / "journal.jsonl")
@@ -284,6 +292,11 @@ def interrupted(folder: Path) -> None:
         tally = Tally(round=number, began_utc="2030-01-01T00:00:00Z", wall_s=1.0, compute_s=0.5, peak_bytes=1 << 20)
         add_tally(folder / "tally.jsonl", tally)
     journal.close()
+
+
+def watched(folder: Path) -> None:
+    """A campaign in the middle of its work: finished, under way, not to be driven, waiting."""
+    write_watched(folder)
 
 
 def served(folder: Path) -> None:

@@ -11,6 +11,7 @@ from fuzz import examples
 from taskslam.benchmark.campaign.campaign_file import load_campaign
 from taskslam.benchmark.campaign.notes import notes
 from taskslam.benchmark.campaign.plan_file import read_plan
+from taskslam.benchmark.campaign.watching import Watched
 from taskslam.datasets.bag_trajectories import read_bag_trajectory
 from taskslam.datasets.image_files import read_image
 from taskslam.datasets.opening import open_dataset
@@ -94,6 +95,12 @@ def whole(read: Callable[[Path], object]) -> Callable[[Path, str], object]:
 def _planned(folder: Path) -> None:
     read_plan(folder)
     notes(folder)
+
+
+def _watched(folder: Path) -> None:
+    watched = Watched(folder)
+    for run in watched.look().runs:
+        watched.closer(run)
 
 
 def _resumption(folder: Path) -> None:
@@ -239,6 +246,10 @@ READERS = {
                only=("run.json", "journal.jsonl", ".tum", "arrivals.json")),
         Reader("journal", examples.run, one(read_journal), _RUNS, only=("journal.jsonl",)),
         Reader("resumption", examples.interrupted, whole(_resumption), ("taskslam.record.resumption",)),
+        Reader("watched", examples.watched, whole(_watched),
+               ("taskslam.record.newest", "taskslam.benchmark.campaign.watching"), FEW),
+        Reader("compressed", examples.compressed, whole(_run), ("taskslam.record.compression",),
+               only=(".gz",)),
         Reader("card", examples.card, one(partial(read_kept_card, method="karto")), ("taskslam.slam.cards",)),
         Reader("metrics", examples.metrics, whole(_metrics), ("taskslam.evaluation.metrics_file",),
                only=("metrics.json",)),

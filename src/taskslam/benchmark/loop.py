@@ -16,6 +16,7 @@ from taskslam.navigation.navigator import Navigator, Step
 from taskslam.observer import Observer
 from taskslam.outcomes import Outcome
 from taskslam.record.events import MethodNotice
+from taskslam.record.newest import Newest, newest_state
 from taskslam.record.run_directory import RunWriter
 from taskslam.slam import Kind, PoseEstimate, Status
 from taskslam.slam.guest.host import MethodHost
@@ -118,7 +119,12 @@ class ClosedLoop:
         )
         self.platform.drive(step.linear, step.angular)
         self.observer.ticked(until)
+        self.record.show(self._newest)
         return step
+
+    def _newest(self) -> Newest:
+        at = self.poses()
+        return newest_state(self.platform.now, self.round, at.truth, at.estimate, self.navigator.scan_in_map())
 
     def _forget(self) -> None:
         self.localization = Localization(self.origin)

@@ -6,9 +6,13 @@ options; and threads are what is left where the very same spec is driven again, 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from taskslam.benchmark.spec import RunSpec
+from taskslam.benchmark.engine import Engine, Result, Watcher
+from taskslam.benchmark.spec import RunSpec, run_folder
+from taskslam.evaluation.spread_shares import Share, spread_shares
 
 EVERYTHING, NOISE, METHOD_SEED, THREADS = "everything", "sensor noise", "method's seed", "threads"
 
@@ -21,6 +25,10 @@ class SpreadRun:
     group: int
     folder: str
     spec: RunSpec
+
+    def place(self, out: Path) -> Path:
+        """Where its run directory stands."""
+        return run_folder(out / self.folder, self.spec)
 
 
 def spread_runs(
@@ -48,3 +56,23 @@ def spread_runs(
         else:
             found.append(SpreadRun(NOISE, group, f"threads/{repeat}", with_seeds(group, group)))
     return tuple(found)
+
+
+def drive_spread(runs: Sequence[SpreadRun], engine: Engine, out: Path, watcher: Watcher) -> Iterator[Result]:
+    """Drive what is not finished, each folder by itself: no two specs in one are alike, but those in several are."""
+    for folder in dict.fromkeys(run.folder for run in runs):
+        specs = dict.fromkeys(run.spec for run in runs if run.folder == folder)
+        yield from engine.run(tuple(specs), out / folder, watcher)
+
+
+def shares_in(runs: Sequence[SpreadRun], value_of: Callable[[SpreadRun], float]) -> tuple[Share, ...]:
+    """The share of each source. value_of: the result of a run, NaN where there is none.
+
+    Raises ValueError as `spread_shares`.
+    """
+    groups: dict[str, dict[int, list[float]]] = {}
+    for run in runs:
+        groups.setdefault(run.part, {}).setdefault(run.group, []).append(value_of(run))
+    (everything,) = groups.pop(EVERYTHING).values()
+    alone = {THREADS: list(groups.pop(THREADS).values())}
+    return spread_shares(everything, {part: list(values.values()) for part, values in groups.items()}, alone)

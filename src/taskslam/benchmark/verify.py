@@ -20,8 +20,9 @@ from taskslam.evaluation import run_metrics
 from taskslam.evaluation.metrics_file import Interval, RunMetrics
 from taskslam.observer import Observer
 from taskslam.processes.scratch import Scratch
-from taskslam.reading import LARGEST_MANIFEST, read_text
+from taskslam.reading import LARGEST_MANIFEST, LARGEST_TABLE, read_bytes, read_text
 from taskslam.record import RunRecord, load_run
+from taskslam.record.compression import plain_or_compressed
 from taskslam.record.manifest import Manifest
 from taskslam.record.run_directory import SPEC
 from taskslam.slam.guest.latency import LatencyMode
@@ -115,10 +116,10 @@ def _first_difference(then: RunRecord, now: RunRecord) -> str:
     for name in sorted(then.manifest.files.keys() | now.manifest.files.keys()):
         if then.manifest.files.get(name) == now.manifest.files.get(name):
             continue
-        pair = [record.directory / name for record in (then, now)]
+        pair = [plain_or_compressed(record.directory / name) for record in (then, now)]
         if not all(path.is_file() for path in pair):
             return f"{name} is there only {'then' if pair[0].is_file() else 'now'}"
-        lines = [path.read_bytes().splitlines() for path in pair]
+        lines = [read_bytes(path, "record", RecordError, LARGEST_TABLE).splitlines() for path in pair]
         number = next((n for n, (a, b) in enumerate(zip(*lines, strict=False)) if a != b), min(map(len, lines)))
         return f"{name} differs from line {number + 1} on"
     return "the lists of files differ"

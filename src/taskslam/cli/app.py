@@ -27,9 +27,11 @@ from taskslam.cli import (
     runs,
     scenarios,
     serve,
+    spread,
     suite,
     tags,
     verify,
+    watch,
     worlds,
 )
 from taskslam.cli.console import say
@@ -47,6 +49,8 @@ app.command("run")(run.run)
 app.command("serve")(serve.serve)
 app.command("suite")(suite.suite)
 app.add_typer(campaign.app, name="campaign")
+app.command("watch")(watch.watch)
+app.command("spread")(spread.spread)
 app.command("choose")(choose.choose)
 app.command("lab")(lab.lab)
 app.command("runs")(runs.runs)

@@ -240,6 +240,69 @@ def prune(
     say(f"{len(doomed)} places{'' if yes or not doomed else '; --yes removes them'}")
 
 
+@app.command("compress")
+def compress(
+    folder: Annotated[Path, typer.Argument(help="Of a campaign, or any with runs.")],
+    undo: Annotated[bool, typer.Option("--undo", help="Bring the plain files back.")] = False,
+) -> None:
+    """Compress the trajectories of finished tours: a third of the room, and nothing lost.
+
+    truth.tum becomes truth.tum.gz, which every verb reads as before; gunzip, or --undo, brings it back. Replays stay
+    as they are, since tools for trajectories are given their files. More can be driven into the folder meanwhile.
+
+    Examples:
+        taskslam campaign compress paper
+
+        taskslam campaign compress paper --undo
+    """
+    from taskslam.errors import RecordError
+    from taskslam.record import find_runs, load_manifest
+    from taskslam.record.compression import compress_trajectories, expand_trajectories
+
+    freed, count = 0, 0
+    for run in find_runs(folder):
+        try:
+            if load_manifest(run).source == "simulation":
+                freed += (expand_trajectories if undo else compress_trajectories)(run)
+                count += 1
+        except RecordError as error:
+            say(f"left as it is: {error}", err=True)
+    say(f"{count} runs; {abs(freed) / 1e6:.1f} MB of the disk are {'free' if freed >= 0 else 'taken'} by that")
+
+
+@app.command("tables")
+def tables(
+    folder: Annotated[Path, typer.Argument(help="Of a campaign, or any with runs.")],
+    into: Annotated[
+        Path | None, typer.Option(help="A Markdown file, in which they take the place of what is between their marks.")
+    ] = None,
+) -> None:
+    """Print the results of what is finished as Markdown, a table for each place, and what is left with its price.
+
+    --into puts them into a page between the lines `<!-- tables of NAME -->` and `<!-- end of tables of NAME -->`, where
+    NAME is that of the campaign, or of the folder; the same runs give the same page.
+
+    Examples:
+        taskslam campaign tables paper
+
+        taskslam campaign tables paper --into docs/results.md
+    """
+    from taskslam.benchmark.campaign.plan_file import has_plan, read_plan
+    from taskslam.report.results import read_results
+    from taskslam.report.tables.markdown import methods_markdown
+    from taskslam.report.tables.marked_part import replace_marked
+
+    results = read_results([folder])
+    kept = read_plan(folder) if has_plan(folder) else None
+    text = methods_markdown(results, under_way=kept is not None) if results.runs else "No run is finished.\n"
+    text += f"\n{_left_in_words(kept, folder)}\n" if kept is not None else ""
+    if into is None:
+        say(text.rstrip())
+    else:
+        replace_marked(into, folder.absolute().name if kept is None else kept.campaign.name, text)
+        say(str(into))
+
+
 def drive_planned(planned: Plan, engine: Engine, out: Path, sealed: bool, quiet: bool) -> None:
     """Let an engine drive a plan, name what was not driven, and leave a report; ends with the exit status."""
     from taskslam.benchmark.campaign.notes import Keeping
@@ -344,6 +407,25 @@ def _report(out: Path) -> None:
 
     write_metrics(out, evaluate_runs([out]))
     say(f"Report: {write_report([out], out / 'report.html')}")
+
+
+def _left_in_words(kept: KeptPlan, folder: Path) -> str:
+    """How much of a campaign is driven, and what is left of each method, with its price."""
+    from taskslam.benchmark.campaign.price import Prices
+    from taskslam.benchmark.campaign.state import unfinished
+
+    specs = kept.plan.specs
+    left = unfinished(specs, folder)
+    driven = f"Of the campaign `{kept.campaign.name}`, {len(specs) - len(left)} of {len(specs)} runs are driven."
+    if not left:
+        return driven
+    prices = Prices(specs, folder, kept.campaign.resources)
+    parts = []
+    for way in dict.fromkeys(spec.way for spec in left):
+        own = [spec for spec in left if spec.way == way]
+        hours = sum(prices.of(spec).core_s for spec in own) / _HOUR
+        parts.append(f"`{way}` {len(own)} runs, {hours:.1f} h")
+    return f"{driven} Left, with the price in hours of one core: {'; '.join(parts)}."
 
 
 def _say_what_was_not_driven(results: Sequence[Result]) -> None:

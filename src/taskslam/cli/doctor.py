@@ -16,6 +16,7 @@ from taskslam.cli.console import standard_output
 
 _CORE = ("numpy", "scipy", "numba", "embreex", "trimesh", "pycollada", "gtsam", "pydantic", "matplotlib", "rosbags")
 _TAGS = ("apriltag-python", "opencv-python-headless")
+_MANY_RUNS = {"polars": "runs", "ray": "ray"}  # packages, by the extras that bring them
 _IMPORTS = {"pycollada": "collada", "apriltag-python": "apriltag", "opencv-python-headless": "cv2"}
 _OWN_VARIABLES = ("TASKSLAM_", "PYORBSLAM3_")
 _SUPPORTED = ((3, 11), (3, 13))
@@ -52,6 +53,7 @@ def doctor() -> None:
         *wall(),
         *core_packages(),
         *tag_packages(),
+        *many_runs(),
         *methods(),
         *sensors(),
         *system_libraries(),
@@ -150,13 +152,25 @@ def _package(name: str) -> Finding:
 
 def tag_packages() -> list[Finding]:
     """What measuring with AprilTags needs: an extra, so its absence is no harm."""
-    found = [_package(name) for name in _TAGS]
-    return [
-        finding
-        if finding.health is Health.GOOD
-        else replace(finding, health=Health.NOTE, remedy="pip install 'taskslam[apriltag]'")
-        for finding in found
-    ]
+    return [_of_an_extra(name, "apriltag") for name in _TAGS]
+
+
+def many_runs() -> list[Finding]:
+    """What tables of runs and clusters need: polars and ray are extras, and Slurm is there or is not."""
+    packages = [_of_an_extra(name, extra) for name, extra in _MANY_RUNS.items()]
+    where = shutil.which("sbatch")
+    if where is None:
+        detail = "no sbatch: campaigns are submitted from a machine of the cluster"
+        return [*packages, Finding("slurm", Health.NOTE, detail)]
+    return [*packages, Finding("slurm", Health.GOOD, f"{where} submits campaigns")]
+
+
+def _of_an_extra(name: str, extra: str) -> Finding:
+    """A package whose absence is no harm to the main job."""
+    found = _package(name)
+    if found.health is Health.GOOD:
+        return found
+    return replace(found, health=Health.NOTE, remedy=f"pip install 'taskslam[{extra}]'")
 
 
 def methods() -> list[Finding]:

@@ -120,6 +120,14 @@ class Navigator:
         """Keep a scan for the next costmap update; T_odom_base at the scan's stamp."""
         self._scan = PlacedScan.of(scan, T_map_odom, T_odom_base, self._T_base_laser)
 
+    def scan_in_map(self) -> FloatArray:
+        """(N, 2) points in `map` that the newest scan has hit, where localization put them; none before the first."""
+        scan = self._scan
+        if scan is None:
+            return np.empty((0, 2))
+        rays = np.column_stack([np.cos(scan.angles), np.sin(scan.angles)])
+        return transform_points(scan.T_map_laser, scan.ranges[:, None] * rays)
+
     def step(self, now: int, T_map_odom: SE2, T_odom_base: SE2, linear: float, angular: float, bumped: bool) -> Step:
         """The command for the next period. linear, angular: measured by odometry, m/s and rad/s."""
         pose = T_map_odom @ T_odom_base

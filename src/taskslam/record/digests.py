@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from taskslam.errors import RecordError
-from taskslam.reading import open_file
+from taskslam.reading import COMPRESSED, LARGEST_TABLE, open_file, read_bytes
+from taskslam.record.compression import plain_or_compressed
 
 _RECORDED = ("journal.jsonl", "round*/*.tum")
 _NAME = re.compile(r"journal\.jsonl|round\d+/\w+\.tum")
@@ -28,7 +29,7 @@ def changed_files(folder: Path, expected: Mapping[str, str]) -> tuple[str, ...]:
             sentences.append(f"{folder}: run.json holds a digest of '{name:.80}', which is no file of a run")
             continue
         try:
-            found = _digest(folder / name)
+            found = _digest(plain_or_compressed(folder / name))
         except RecordError as error:
             sentences.append(str(error))
         else:
@@ -38,5 +39,8 @@ def changed_files(folder: Path, expected: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _digest(path: Path) -> str:
+    """Of what is in the file, compressed or not."""
+    if path.suffix == COMPRESSED:
+        return hashlib.sha256(read_bytes(path, "record", RecordError, LARGEST_TABLE)).hexdigest()
     with open_file(path, "record", RecordError) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

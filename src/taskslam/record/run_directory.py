@@ -7,6 +7,8 @@
     plan.yaml, .png   the floor plan
     spec.json         the run as one value, from which it can be driven again
 
+Trajectories of a finished run may be compressed (`compression.py`): truth.tum.gz.
+
 While a run is under way it lives in a hidden folder beside its place, `.<name>.partial`, which is renamed at the end;
 one process at a time writes it (`run_lock.py`). What an interrupted one leaves, the next start goes on with where it
 can (`resumption.py`), and removes otherwise. Nothing is written through a link. A cluster may take a machine for dead
@@ -18,10 +20,11 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -35,10 +38,12 @@ from taskslam.errors import RecordError
 from taskslam.files import remove, write_whole, writing
 from taskslam.geometry import SE2, FloatArray
 from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, is_there, read_bytes, read_json, read_text
+from taskslam.record.compression import plain_or_compressed
 from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import MANIFEST_FILE, RUN_FORMAT, Manifest
+from taskslam.record.newest import NEWEST, Newest, few, with_way, write_newest
 from taskslam.record.place import is_plain, is_taken, move_into_place, partial_folder, settle_locked
 from taskslam.record.resumption import TALLY, Resumption, Tally, add_tally, read_resumption
 from taskslam.record.run_lock import RunLock
@@ -49,6 +54,7 @@ MANIFEST, JOURNAL, METHOD_LOG, SPEC = MANIFEST_FILE, "journal.jsonl", "method.lo
 PoseName: TypeAlias = Literal["truth", "estimate", "odometry"]
 POSE_NAMES: tuple[PoseName, ...] = get_args(PoseName)
 _WRITER = "writer"  # the name of the start that writes; it goes when the run is finished
+_SHOWN_EVERY = 1.0  # s of a clock between two states for whoever watches
 
 
 class RunWriter:
@@ -110,6 +116,7 @@ class RunWriter:
         self._resumable = resume
         self.began_utc = self.resumed.began_utc or datetime.now(UTC).isoformat()
         self._round_began = time.perf_counter()
+        self._shown = -math.inf
 
     def _take_over(self, spec: str | None, resume: bool) -> None:
         """Keep of an interrupted start the rounds that ended, if it was of this spec; remove what else it left."""
@@ -184,6 +191,20 @@ class RunWriter:
         self._measured = True
         self._poses.setdefault((round, name), []).append((stamp, pose))
 
+    def show(self, state: Callable[[], Newest]) -> None:
+        """Leave the newest state for whoever watches (`newest.py`), if a second has passed since the last one.
+
+        state: asked for it then, without the way, which is known here. The clock decides nothing else.
+        """
+        clock = time.perf_counter()
+        if clock - self._shown < _SHOWN_EVERY or not self._is_ours():
+            return
+        self._shown = clock
+        newest = state()
+        names: tuple[PoseName, ...] = ("truth", "estimate", "odometry")
+        rows = next((rows for name in names if (rows := self._poses.get((newest.round, name)))), [])
+        write_newest(self.folder, with_way(newest, [pose for _, pose in few(rows)]))
+
     def finish(self, manifest: Manifest | Mapping[str, Any]) -> Path:
         """Write run.json and put the whole run in its place. Returns the run directory.
 
@@ -197,6 +218,7 @@ class RunWriter:
         with writing(self.folder):
             remove(self.folder / TALLY)
             remove(self.folder / _WRITER)
+            remove(self.folder / NEWEST)
             checked = checked.model_copy(update={"files": digests(self.folder)})
         write_whole(self.folder / MANIFEST, _json(checked.model_dump(mode="json")))
         move_into_place(self.folder, self.directory, self._replace)
@@ -292,7 +314,7 @@ class RunRecord:
 
     def trajectory(self, round: int, name: PoseName) -> Trajectory:  # noqa: A002 the protocol's word
         """A round's trajectory in `map`; empty if none was recorded. Raises RecordError if the file is damaged."""
-        path = round_folder(self.directory, round) / f"{name}.tum"
+        path = plain_or_compressed(round_folder(self.directory, round) / f"{name}.tum")
         if not path.exists():
             return Trajectory(np.empty(0, dtype=np.int64), np.empty((0, 3)))
         return read_trajectory(path)

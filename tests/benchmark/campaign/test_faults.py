@@ -19,9 +19,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from benchmark.campaign.conftest import recorded
 from taskslam.benchmark.campaign.campaign_file import load_campaign
 from taskslam.benchmark.campaign.notes import Keeping, notes
 from taskslam.benchmark.campaign.planning import Plan, plan
+from taskslam.benchmark.campaign.state import State, states_of
 from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.engines import supervised
 from taskslam.benchmark.engines.allotment import Allotment
@@ -74,6 +76,93 @@ def test_a_run_directory_that_cannot_be_read_is_named_and_costs_no_other(planned
     refused, complete = drive(planned, out)
     assert (refused.ending, complete.ending) == (Ending.REFUSED, Ending.COMPLETE)
     assert str(run_folder(out, spec)) in refused.detail
+    (run_folder(out, spec) / "run.json").unlink()
+    (run_folder(out, spec) / "run.json").mkdir()  # what nobody can read, whoever he is
+    refused, kept = drive(planned, out)
+    assert (refused.ending, kept.ending) == (Ending.REFUSED, Ending.KEPT)
+    assert "found a folder, expected a file" in refused.detail
+
+
+ASSASSIN = """
+import os, signal
+from taskslam.slam import Kind, MethodCard, SlamMethod
+from taskslam.measurements import Sensor
+
+class Assassin(SlamMethod):
+    card = MethodCard(name="assassin", version="1", licence="MIT", kind=Kind.ODOMETRY, sensors=(Sensor.WHEEL_ODOMETRY,))
+
+    def start(self, rig):
+        pass
+
+    def feed(self, measurement):
+        for victim in (os.getppid(), os.getpgid(os.getppid())):
+            try:
+                os.kill(victim, signal.SIGKILL)
+            except OSError:
+                continue
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_method_that_kills_what_it_can_reach_costs_its_own_run_alone(
+    write_campaign: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "assassin.py").write_text(ASSASSIN)
+    monkeypatch.syspath_prepend(tmp_path / "here")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path / "here"), os.environ.get("PYTHONPATH", "")]))
+    file = write_campaign("methods: ['assassin:Assassin', wheel_odometry]", "seeds: [0]", rounds=1)
+    killer, other = drive(plan(load_campaign(str(file))), tmp_path / "out")
+    assert other.ending is Ending.COMPLETE
+    assert killer.ending in {
+        Ending.INCOMPLETE,
+        Ending.FAILED,
+    }  # it crashed; or it took its worker along, which is named
+    assert "crashed" in killer.detail or "was killed by SIGKILL" in killer.detail
+    assert killer.spec is not None
+    assert (killer.ending is Ending.INCOMPLETE) == run_folder(tmp_path / "out", killer.spec).exists()
+
+
+JUMPING = """
+import time
+honest, honest_ns, asked = time.time, time.time_ns, [0]
+
+def jump():
+    asked[0] += 1
+    return (0, 86400, -86400, 3600)[asked[0] % 4]
+
+time.time = lambda: honest() + jump()
+time.time_ns = lambda: honest_ns() + jump() * 10**9
+"""
+
+
+def test_a_clock_that_jumps_changes_no_byte_and_ends_no_run(
+    planned: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a day to and fro, whenever a worker asks for the time of day."""
+    spec = planned.specs[0]
+    drive(Plan((spec,), folders=planned.folders), tmp_path / "calm")
+    (tmp_path / "clock").mkdir()
+    (tmp_path / "clock" / "sitecustomize.py").write_text(JUMPING)
+    with monkeypatch.context() as jumping:
+        path = os.pathsep.join([str(tmp_path / "clock"), os.environ.get("PYTHONPATH", "")])
+        jumping.setenv("PYTHONPATH", path)
+        said = subprocess.run([sys.executable, "-c", "import time; print(time.time.__name__)"], capture_output=True)
+        assert said.stdout.strip() == b"<lambda>"
+        (result,) = drive(Plan((spec,), folders=planned.folders), tmp_path / "out")
+    assert result.ending is Ending.COMPLETE, result.detail
+    assert recorded(run_folder(tmp_path / "out", spec)) == recorded(run_folder(tmp_path / "calm", spec))
+
+
+def test_a_clock_that_was_put_back_makes_nobody_work_who_has_stopped(
+    planned: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (spec, _), real = planned.specs, time.time
+    with RunWriter(run_folder(tmp_path, spec), spec=spec.to_json()) as writer:
+        writer.event(RoundStarted(0, 0, priming=False))
+    for jump, expected in ((0.0, State.UNDER_WAY), (-86400.0, State.INTERRUPTED), (86400.0, State.INTERRUPTED)):
+        monkeypatch.setattr(time, "time", lambda jump=jump: real() + jump)
+        assert states_of([spec], tmp_path)[0].state is expected
 
 
 def test_a_worker_that_is_killed_is_tried_again_and_goes_on(planned: Plan, tmp_path: Path) -> None:

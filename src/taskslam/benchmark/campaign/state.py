@@ -12,6 +12,7 @@ from pathlib import Path
 from taskslam.benchmark.campaign.notes import Note, notes
 from taskslam.benchmark.campaign.plan_file import campaign_folder
 from taskslam.benchmark.spec import RunSpec, run_folder
+from taskslam.record.newest import NEWEST
 from taskslam.record.place import partial_folder
 from taskslam.record.run_directory import JOURNAL, MANIFEST, find_runs
 
@@ -69,15 +70,28 @@ def leftovers(specs: Sequence[RunSpec], out: Path) -> list[Path]:
     return sorted(found)
 
 
-def _state_of(spec: RunSpec, out: Path, said: dict[str, Note]) -> RunState:
-    folder = run_folder(out, spec)
+def where_is(folder: Path, note: Note | None = None) -> State:
+    """How far the run is that stands at `folder`, or will. note: why it could not be driven, if that was said."""
     if (folder / MANIFEST).exists():
-        return RunState(spec, State.FINISHED)
-    note = said.get(spec.digest) if said else None
+        return State.FINISHED
+    signs = [_written(partial_folder(folder) / name) for name in (JOURNAL, NEWEST)]
+    if signs[0] is None:
+        return State.WAITING if note is None else State.NOT_DRIVEN
+    # Written in the future: the clock was put back since then, and who drives would have written again by now.
+    if min(abs(time.time() - sign) for sign in signs if sign is not None) < _SILENT_S:
+        return State.UNDER_WAY
+    return State.INTERRUPTED if note is None else State.NOT_DRIVEN
+
+
+def _written(path: Path) -> float | None:
+    """When a file was written last, s; None if it is not there."""
     try:
-        silent_s = time.time() - (partial_folder(folder) / JOURNAL).stat().st_mtime
+        return path.stat().st_mtime
     except OSError:
-        return RunState(spec, State.WAITING if note is None else State.NOT_DRIVEN, note)
-    if silent_s < _SILENT_S:
-        return RunState(spec, State.UNDER_WAY, note)
-    return RunState(spec, State.INTERRUPTED if note is None else State.NOT_DRIVEN, note)
+        return None
+
+
+def _state_of(spec: RunSpec, out: Path, said: dict[str, Note]) -> RunState:
+    note = said.get(spec.digest) if said else None
+    state = where_is(run_folder(out, spec), note)
+    return RunState(spec, state, None if state is State.FINISHED else note)

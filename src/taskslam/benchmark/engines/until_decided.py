@@ -54,23 +54,18 @@ class UntilDecided:
         try:
             record = load_run(folder)
             if not record.manifest.is_reference:
-                found[spec.mode][_way(spec)].append(run_metrics(record, str(folder)))
+                found[spec.mode][spec.way].append(run_metrics(record, str(folder)))
         except RecordError as error:
             self._told(f"{spec.title} is not in the comparison: {error}")
 
 
 def check_comparable(specs: Sequence[RunSpec]) -> None:
     """Raise InputError where there is nothing to compare."""
-    ways = {_way(spec) for spec in specs}
+    ways = {spec.way for spec in specs}
     if len(ways) < 2:
         raise InputError(
             f"--until-decided compares methods; this campaign has {len(ways)}: expected two or more, or ways of one"
         )
-
-
-def _way(spec: RunSpec) -> str:
-    """What is compared: a method in its way, on its robot. A run's folder tells just these apart."""
-    return run_folder(Path(), spec).parts[1]
 
 
 def _decision(runs: dict[str, list[RunMetrics]]) -> Decision | None:
