@@ -81,6 +81,8 @@ class RosPlatform(Platform):
         self._zero = self._now = self._hold = 0
         self._T_odom_start: SE2 | None = None
         self._greeted = True
+        self._returned = False
+        self.returns = connection.to_start == "goal"
 
     @property
     def zero_utc(self) -> datetime:
@@ -130,19 +132,23 @@ class RosPlatform(Platform):
     def place(self, pose: SE2) -> str:
         """Have the robot put down: by a simulator that takes /taskslam/place, or by a person, who says so."""
         where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
-        if self._open_transport.readers(self._theirs(names.PLACE)):
+        by_itself, self._returned = self._returned, False
+        if not by_itself and self._open_transport.readers(self._theirs(names.PLACE)):
             at = self._put_down(pose)
             self._T_odom_start = None
             said = f"put down at {where} by {names.PLACE}"
         else:
-            at, self._T_odom_start = self._carried(where)
+            at, self._T_odom_start = self._carried(where, by_itself)
             x, y, theta = self._T_odom_start.x, self._T_odom_start.y, self._T_odom_start.theta
-            said = (
-                f"a person put the robot at the start {where}; its odometry read ({x:.3f}, {y:.3f}, {theta:.3f}) then"
-            )
+            who = "the robot drove to the start" if by_itself else "a person put the robot at the start"
+            said = f"{who} {where}; its odometry read ({x:.3f}, {y:.3f}, {theta:.3f}) then"
         self._now = at - self._zero
         self._greeted = False
         return said
+
+    def returned(self) -> None:
+        """It has driven to the start: nobody is waited for."""
+        self._returned = True
 
     def advance(self, until: int) -> Iterator[Measurement]:
         """Wait for the robot's time, and for what its sensors owe of it; what they said, in order.
@@ -179,7 +185,7 @@ class RosPlatform(Platform):
     def halt(self) -> None:
         """Zero speed."""
         if self._commands and not self._closing:
-            self._command(0.0, 0.0)
+            self._stand()
 
     def true_pose(self) -> None:
         """Cameras may know it; we do not."""
@@ -297,9 +303,9 @@ class RosPlatform(Platform):
         """The dead man: without a fresh command or a fresh pose the robot stands."""
         now, fresh = self._robot_now(), round(self._connection.fresh * NANOSECONDS)
         if self._moving and now - self._commanded_at > fresh:
-            self._command(0.0, 0.0)
+            self._stand()
             self._observer.notice(f"no command for {self._connection.fresh:g} s: the robot was told to stand")
-        if not self._moving or not self._heard_at:
+        if not self._is_under_way() or not self._heard_at:
             return
         odometry = self._theirs("/odom")
         stale = now - self._heard_at > fresh and time.monotonic() - self._heard_wall > self._connection.fresh / 2
@@ -311,14 +317,22 @@ class RosPlatform(Platform):
         elif not self._open_transport.readers(self._theirs(names.COMMAND)):
             self._fail(f"nobody reads {self._theirs(names.COMMAND)} any more")
         elif self._fault:
-            self._command(0.0, 0.0)
+            self._stand()
+
+    def _is_under_way(self) -> bool:
+        """Whether anybody has the robot move on our behalf."""
+        return self._moving
+
+    def _stand(self) -> None:
+        """Have the robot stand, whoever has it move on our behalf."""
+        self._command(0.0, 0.0)
 
     def _fail(self, words: str) -> None:
         """Remember why, for the main thread to tell; stand."""
         with self._told:
             self._fault = self._fault or words
             self._told.notify_all()
-        self._command(0.0, 0.0)
+        self._stand()
 
     def _check(self) -> None:
         """Raise RobotFailedError if something is wrong."""
@@ -369,24 +383,29 @@ class RosPlatform(Platform):
             self._heard_at = 0
         return at
 
-    def _carried(self, where: str) -> tuple[int, SE2]:
-        """Wait until a person says that the robot stands at the start; when, and its odometry then."""
+    def _carried(self, where: str, is_there: bool) -> tuple[int, SE2]:
+        """Wait until the robot stands at the start, and a person says so; when, and its odometry.
+
+        is_there: it has come by itself, and nobody is asked.
+        """
         self.halt()
-        self._observer.notice(
-            f"put the robot at the start {where}, then press Enter here, or publish true on {names.GO}"
-        )
+        if not is_there:
+            self._observer.notice(
+                f"put the robot at the start {where}, then press Enter here, or publish true on {names.GO}"
+            )
         with self._told:
             self._went = False
         odometry: WheelOdometry | None = None
         while True:
-            said = self._person.answered()
+            said = is_there or self._person.answered()
             with self._told:
                 self._check()
                 now = self._robot_now()
                 waiting = self._hearing.pop(now)  # nobody else takes what is said meanwhile
                 said, self._went = said or self._went, False
                 odometry = next((one for one in reversed(waiting) if isinstance(one, WheelOdometry)), odometry)
-                if not said:
+                if not said or (is_there and not (odometry and _stands(odometry))):
+                    self._told.wait(_LOOK_EVERY_S)
                     continue
                 if odometry is not None and _stands(odometry) and now - odometry.stamp <= _STALE:
                     self._hearing.begin(now, from_zero=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -71,3 +72,18 @@ def check(
     console.print(Text.assemble(verdict, f"{found.poses} of {found.frames} frames answered{took}"))
     if not found.passed:
         raise typer.Exit(1)
+
+
+@app.command("messages")
+def messages(
+    folder: Annotated[Path, typer.Argument(help="A new folder, which stays: the types are read from it.")],
+) -> None:
+    """Make the message types that the wheels of ROS 2 lack: tf2_msgs for /tf, and Nav2's NavigateToPose.
+
+    Whoever has a ROS 2 has them. With wheels alone, name the script that is left wherever a setup is asked for.
+
+    Example: `taskslam ros messages ros2`, then `taskslam serve house --ros 2 --setup ros2/setup.bash`
+    """
+    from taskslam.ros.ros2.messages import make_messages
+
+    say(f"Setup: {make_messages(folder)}")
