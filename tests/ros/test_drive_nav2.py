@@ -28,7 +28,7 @@ from taskslam.scenario import load_scenario
 from taskslam.stopping import StoppedError
 
 GOALS = [[0.4, 0.0, 0.0], [0.4, 0.3, 1.5]]
-NAMES = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTDDS_DEFAULT_PROFILES_FILE")
+PAGE = Path(__file__).parents[2] / "docs" / "served_robot.md"
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,8 @@ def served(setup, tour, tmp_path_factory):
 
 @pytest.fixture
 def joined(served, monkeypatch):
-    """This process speaks in the robot's domain."""
+    """This process speaks in the robot's domain, and waits long for a busy machine to find others."""
+    monkeypatch.setattr("taskslam.benchmark.ros_platform._READY_S", 60.0)
     for variable, value in served.variables.items():
         monkeypatch.setenv(variable, value)
     return served
@@ -72,7 +73,7 @@ def small_nav2(served, setup, peers, fault="", **variables):
 
 def drive(stage, out, setup, observer=None, **connection):
     observer, stage = observer or Observer(), on_robot(stage)
-    described = Connection.model_validate({"look": 1.5, "setup": setup, **connection})
+    described = Connection.model_validate({"look": 0.5, "setup": setup, **connection})
     connect = lambda: join_graph(2, "/tour", "", setup)  # noqa: E731
     platform, driver = stack_for(stage, 2, connect, described, observer)
     spec = stage.spec(stack_name(2, described), Mode.WITHOUT_MAP)
@@ -177,12 +178,14 @@ def test_a_signal_cancels_the_goal(joined, setup, peers, tour, tmp_path):
 
 
 def test_the_bridge_cancels_the_goal_of_a_tour_that_is_killed(joined, setup, peers, tour, tmp_path):
-    connection = tmp_path / "robot.yaml"
-    connection.write_text(f"setup: {setup}\nlook: 1.5\n")
+    """The command of the page."""
+    (tmp_path / "my_robot.yaml").write_text(f"setup: {setup}\nlook: 0.5\n")
+    (tmp_path / "my_tour.yaml").write_text(tour.read_text())
+    (line,) = (line for line in PAGE.read_text().splitlines() if "--drive nav2 --platform" in line)
+    words = line.partition("&& taskslam ")[2].split()
     main = "from taskslam.cli.main import main; main()"
-    words = ["run", tour, "--drive", "nav2", "--platform", "ros2", "--mode", "without-map", "--quiet"]
-    command = [sys.executable, "-c", main, *words, "--connection", connection, "--out", tmp_path / "out"]
-    with small_nav2(joined, setup, peers) as nav2, subprocess.Popen(list(map(str, command))) as ours:
+    command = [sys.executable, "-c", main, *words, "--quiet"]
+    with small_nav2(joined, setup, peers) as nav2, subprocess.Popen(command, cwd=tmp_path) as ours:
         nav2.until("driving")
         ours.kill()
         nav2.until("canceled")
@@ -196,8 +199,9 @@ def test_the_bridge_cancels_the_goal_of_a_tour_that_is_killed(joined, setup, pee
     ],
 )
 def test_a_robot_without_nav2_or_with_another_frame_is_refused_before_it_moves(
-    joined, setup, peers, tour, tmp_path, fault, words
+    joined, setup, peers, tour, tmp_path, monkeypatch, fault, words
 ):
+    monkeypatch.setattr("taskslam.benchmark.ros_platform._READY_S", 5.0)
     nav2 = nullcontext() if fault is None else small_nav2(joined, setup, peers, fault)
     with nav2, pytest.raises(InputError, match=words):
         drive(stage_of(tour), tmp_path, setup)

@@ -31,6 +31,7 @@ from taskslam.stopping import undisturbed
 _LOOK_EVERY_S = 0.02
 _TICK = NANOSECONDS // 20
 _PATIENCE_S = 10.0  # on the wall's clock, for a clock that stands, a robot that is put down
+_READY_S = 5.0  # on the wall's clock, for others to find us: longer than a look, but no longer than that
 _OWED_S = 2.0  # in simulated time, for what is owed
 _OWED_REAL_S = 0.01  # on a real robot
 _ASK_AGAIN_S = 1.0
@@ -109,7 +110,11 @@ class RosPlatform(Platform):
         wrong = list(self._subscribe())
         self._listener = threading.Thread(target=self._listen, name="listens to the robot", daemon=True)
         self._listener.start()
-        time.sleep(self._connection.look)
+        began = time.monotonic()
+        while (waited := time.monotonic() - began) < self._connection.look or (
+            waited < _READY_S and not self._is_ready()
+        ):
+            time.sleep(_LOOK_EVERY_S)
         with self._told:
             wrong += self._hearing.understand()
             wrong += self._look()
@@ -228,7 +233,7 @@ class RosPlatform(Platform):
 
     def _subscribe(self) -> Iterator[str]:
         transport, stop = self._open_transport, self._connection.stop
-        wanted, latest = self._hearing.wanted().keys(), time.monotonic() + self._connection.look
+        wanted, latest = self._hearing.wanted().keys(), time.monotonic() + max(self._connection.look, _READY_S)
         while not wanted <= (published := transport.published()).keys() and time.monotonic() < latest:
             time.sleep(_LOOK_EVERY_S)
         yield from self._hearing.subscribe(published)
@@ -243,6 +248,10 @@ class RosPlatform(Platform):
                 yield f"the stop button: {stop} is {found}; expected std_msgs/msg/Bool"
             else:
                 transport.subscribe(stop, "std_msgs/msg/Bool", latched=True)
+
+    def _is_ready(self) -> bool:
+        """Whether what takes a while to be found is there."""
+        return bool(self._open_transport.readers(self._theirs(names.COMMAND)))
 
     def _look(self) -> Iterator[str]:
         """What else must be as it should before anything moves, a sentence each."""

@@ -99,6 +99,11 @@ class StackPlatform(RosPlatform):
         stand = self._encoder.twist(0.0, 0.0)
         transport.last_words(self._theirs(names.COMMAND), stand)
 
+    def _is_ready(self) -> bool:
+        with self._told:
+            known = self._transforms.has(self._connection.stack.map)
+        return known and super()._is_ready() and self.offered()
+
     def _look(self) -> Iterator[str]:
         yield from super()._look()
         if not self.offered():

@@ -11,7 +11,6 @@ import time
 from taskslam.benchmark.ros_platform import RobotFailedError
 from taskslam.benchmark.stack_platform import PoseUnknownError, StackPlatform
 from taskslam.benchmark.traveller import Effort, Journey, Poses, Traveller
-from taskslam.errors import InputError
 from taskslam.geometry import SE2
 from taskslam.measurements import NANOSECONDS, WheelOdometry
 from taskslam.navigation.settings import GoalSettings, TebSettings
@@ -50,10 +49,11 @@ class StackTraveller(Traveller):
         if said := self._platform.place(self._origin):
             self._notice(said)
         deadline = time.monotonic() + _PATIENCE_S
+        self._tick(stand=True)
         while (wrong := self._not_ready()) and time.monotonic() < deadline:
             self._tick(stand=True)
         if wrong:
-            raise RobotFailedError(f"{wrong} {_PATIENCE_S:g} s after the robot was put down")
+            raise RobotFailedError(f"{wrong}, {_PATIENCE_S:g} s after the robot was put down")
         self.wait(still_s)
 
     def begin_round(self, number: int) -> None:
@@ -136,7 +136,7 @@ class StackTraveller(Traveller):
                 self._T_map_theirs = T_map_theirs
                 self._notice(f"the stack's map is {words}: it has the robot at {_words(theirs)}")
                 return ""
-        raise InputError(
+        return (
             f"the robot stands at the start, which its stack has at {_words(theirs)}; expected"
             f" {_words(self._origin)} (the floor plan's map) or (0.00, 0.00, 0.00) (a map that begins here): tell your"
             " localisation where the robot is, or start your SLAM anew"

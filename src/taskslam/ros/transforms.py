@@ -40,6 +40,10 @@ class Transforms:
                 continue
             self._above[child] = _Link(parent, T, now)
 
+    def has(self, world: str) -> bool:
+        """Whether any frame is known in that one."""
+        return any(link.parent == world.lstrip("/") for link in self._above.values())
+
     def pose(self, world: str, frame: str) -> tuple[FloatArray, int | None]:
         """(4, 4) of a frame in one above it, and when the oldest part of it was heard.
 
