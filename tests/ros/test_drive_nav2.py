@@ -5,7 +5,8 @@ import signal
 import subprocess
 import sys
 import threading
-from contextlib import contextmanager, nullcontext
+import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -57,18 +58,34 @@ def joined(served, monkeypatch):
     return served
 
 
-@contextmanager
-def small_nav2(served, setup, peers, fault="", **variables):
-    """The action server in a process of its own; `said` takes what it prints until a word has come."""
-    command = f'. {setup} && exec python3 {peers / "nav2_node.py"} --fault "{fault}"'
-    environment = os.environ | served.variables | variables
-    with subprocess.Popen(["bash", "-c", command], env=environment, stdout=subprocess.PIPE, text=True) as process:
-        process.until = lambda word: next(iter(line for line in process.stdout if line.strip() == word))
-        try:
-            process.until("ready")
-            yield process
-        finally:
-            process.kill()
+class SmallNav2:
+    """The action server in a process of its own, and what it has said."""
+
+    def __init__(self, served, setup, peers, fault="", **variables):
+        command = f'. {setup} && exec python3 {peers / "nav2_node.py"} --fault "{fault}"'
+        environment = os.environ | served.variables | variables
+        self.process = subprocess.Popen(["bash", "-c", command], env=environment, stdout=subprocess.PIPE, text=True)
+        self.said = []
+        self.reader = threading.Thread(target=lambda: self.said.extend(map(str.strip, self.process.stdout)))
+        self.reader.start()
+
+    def until(self, word, alive=lambda: True):
+        """Until it has said a word, as long as something else lives."""
+        deadline = time.monotonic() + 120.0
+        while word not in self.said:
+            assert self.process.poll() is None, "it has ended"
+            assert alive(), "nobody sends goals any more"
+            assert time.monotonic() < deadline, f"it never said '{word}'"
+            time.sleep(0.02)
+
+    def __enter__(self):
+        self.until("ready")
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        self.reader.join()
 
 
 def drive(stage, out, setup, observer=None, **connection):
@@ -92,10 +109,8 @@ def of_kind(record, kind):
 def test_a_tour_driven_by_somebodys_nav2_in_rounds_between_which_it_drives_to_the_start(
     joined, setup, peers, tour, tmp_path
 ):
-    with small_nav2(joined, setup, peers, fault="nan"):
-        record, complete = drive(
-            stage_of(tour, rounds=2), tmp_path, setup, to_start="goal", stack={"name": "small_nav2"}
-        )
+    with SmallNav2(joined, setup, peers, fault="nan"):
+        record, complete = drive(stage_of(tour, rounds=2), tmp_path, setup, to_start="goal", stack={"name": "small"})
     assert complete
     arrivals = of_kind(record, Arrival)
     assert [(one.round, one.goal) for one in arrivals] == [(0, 0), (0, 1), (1, 0), (1, 1)]
@@ -108,7 +123,7 @@ def test_a_tour_driven_by_somebodys_nav2_in_rounds_between_which_it_drives_to_th
     assert any("put down at (0.00, 0.00, 0.00)" in text for text in said)
     assert any(text.startswith("the robot drove to the start (0.00, 0.00, 0.00); its odometry read") for text in said)
     assert any("the stack's map is the floor plan's" in text for text in said)
-    assert record.manifest.method == "small_nav2"
+    assert record.manifest.method == "small"
     estimate = record.trajectory(1, "estimate")
     assert len(estimate.poses) > 20
     assert np.isfinite(estimate.poses).all()
@@ -129,7 +144,7 @@ def test_a_tour_driven_by_somebodys_nav2_in_rounds_between_which_it_drives_to_th
 def test_how_a_goal_failed_is_told_in_words_and_it_is_canceled(
     joined, setup, peers, tour, tmp_path, fault, outcome, words
 ):
-    with small_nav2(joined, setup, peers, fault) as nav2:
+    with SmallNav2(joined, setup, peers, fault) as nav2:
         record, complete = drive(stage_of(tour, goal_timeout=2), tmp_path, setup)
         if fault == "hang":
             nav2.until("canceled")
@@ -144,8 +159,8 @@ def test_a_goal_whose_server_is_killed_ends_by_itself(joined, setup, peers, tour
     text = Path(joined.variables["FASTDDS_DEFAULT_PROFILES_FILE"]).read_text()
     lease = "<leaseDuration><sec>3</sec></leaseDuration><leaseAnnouncement><sec>1</sec></leaseAnnouncement>"
     profile.write_text(text.replace("<discovery_config>", f"<discovery_config>{lease}"))
-    with small_nav2(joined, setup, peers, "hang", FASTDDS_DEFAULT_PROFILES_FILE=str(profile)) as nav2:
-        killer = threading.Thread(target=lambda: (nav2.until("driving"), nav2.kill()))
+    with SmallNav2(joined, setup, peers, "hang", FASTDDS_DEFAULT_PROFILES_FILE=str(profile)) as nav2:
+        killer = threading.Thread(target=lambda: (nav2.until("driving"), nav2.process.kill()))
         killer.start()
         record, complete = drive(stage_of(tour, goal_timeout=1000), tmp_path / "out", setup)
         killer.join()
@@ -171,7 +186,7 @@ class StopsUnderWay(Observer):
 
 
 def test_a_signal_cancels_the_goal(joined, setup, peers, tour, tmp_path):
-    with small_nav2(joined, setup, peers) as nav2:
+    with SmallNav2(joined, setup, peers) as nav2:
         with pytest.raises(StoppedError):
             drive(stage_of(tour), tmp_path, setup, StopsUnderWay(nav2))
         nav2.until("canceled")
@@ -185,8 +200,8 @@ def test_the_bridge_cancels_the_goal_of_a_tour_that_is_killed(joined, setup, pee
     words = line.partition("&& taskslam ")[2].split()
     main = "from taskslam.cli.main import main; main()"
     command = [sys.executable, "-c", main, *words, "--quiet"]
-    with small_nav2(joined, setup, peers) as nav2, subprocess.Popen(command, cwd=tmp_path) as ours:
-        nav2.until("driving")
+    with SmallNav2(joined, setup, peers) as nav2, subprocess.Popen(command, cwd=tmp_path) as ours:
+        nav2.until("driving", lambda: ours.poll() is None)
         ours.kill()
         nav2.until("canceled")
 
@@ -202,6 +217,6 @@ def test_a_robot_without_nav2_or_with_another_frame_is_refused_before_it_moves(
     joined, setup, peers, tour, tmp_path, monkeypatch, fault, words
 ):
     monkeypatch.setattr("taskslam.benchmark.ros_platform._READY_S", 5.0)
-    nav2 = nullcontext() if fault is None else small_nav2(joined, setup, peers, fault)
+    nav2 = nullcontext() if fault is None else SmallNav2(joined, setup, peers, fault)
     with nav2, pytest.raises(InputError, match=words):
         drive(stage_of(tour), tmp_path, setup)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Any, Protocol
 
@@ -32,6 +32,7 @@ _LOOK_EVERY_S = 0.02
 _TICK = NANOSECONDS // 20
 _PATIENCE_S = 10.0  # on the wall's clock, for a clock that stands, a robot that is put down
 _READY_S = 5.0  # on the wall's clock, for others to find us: longer than a look, but no longer than that
+_SETTLED_S = 0.5
 _OWED_S = 2.0  # in simulated time, for what is owed
 _OWED_REAL_S = 0.01  # on a real robot
 _ASK_AGAIN_S = 1.0
@@ -233,9 +234,7 @@ class RosPlatform(Platform):
 
     def _subscribe(self) -> Iterator[str]:
         transport, stop = self._open_transport, self._connection.stop
-        wanted, latest = self._hearing.wanted().keys(), time.monotonic() + max(self._connection.look, _READY_S)
-        while not wanted <= (published := transport.published()).keys() and time.monotonic() < latest:
-            time.sleep(_LOOK_EVERY_S)
+        published = self._settled()
         yield from self._hearing.subscribe(published)
         self._simulated = published.get(names.CLOCK) == names.KINDS[names.CLOCK]
         for topic in (names.CLOCK, names.BUMPER, names.PLACED, names.GO):
@@ -248,6 +247,18 @@ class RosPlatform(Platform):
                 yield f"the stop button: {stop} is {found}; expected std_msgs/msg/Bool"
             else:
                 transport.subscribe(stop, "std_msgs/msg/Bool", latched=True)
+
+    def _settled(self) -> Mapping[str, str]:
+        """Who publishes what, once all that is wanted is there and nothing new has come for a while."""
+        transport, wanted = self._open_transport, self._hearing.wanted().keys()
+        published, changed = transport.published(), time.monotonic()
+        latest = changed + max(self._connection.look, _READY_S)
+        while (now := time.monotonic()) < latest and not (wanted <= published.keys() and now > changed + _SETTLED_S):
+            time.sleep(_LOOK_EVERY_S)
+            before, published = published, transport.published()
+            if before.keys() != published.keys():
+                changed = time.monotonic()
+        return published
 
     def _is_ready(self) -> bool:
         """Whether what takes a while to be found is there."""
