@@ -24,7 +24,6 @@ from taskslam.outcomes import Outcome
 from taskslam.record import Arrival, GoalFailed, MethodNotice, RoundEnded, load_run
 from taskslam.ros.connection import Connection
 from taskslam.ros.opening import join_graph
-from taskslam.ros.ros2.messages import make_messages
 from taskslam.scenario import load_scenario
 from taskslam.stopping import StoppedError
 
@@ -33,8 +32,8 @@ PAGE = Path(__file__).parents[2] / "docs" / "served_robot.md"
 
 
 @pytest.fixture(scope="module")
-def setup(ros2, tmp_path_factory):
-    return str(make_messages(tmp_path_factory.mktemp("messages") / "ros2"))
+def setup(ros2_messages):
+    return ros2_messages
 
 
 @pytest.fixture(scope="module")
