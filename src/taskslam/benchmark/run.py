@@ -48,7 +48,10 @@ _RETRIES = 2  # infrastructure failures are retried and never counted against a 
 
 @dataclass(frozen=True)
 class Driver:
-    """Who drives in place of our loop with a method: card: what the record says of it; traveller: makes one a life."""
+    """Who drives in place of our loop with a method.
+
+    card: what the record says of it. traveller: makes a fresh one for every lifetime.
+    """
 
     card: MethodCard
     traveller: Callable[[Platform, RunWriter], Traveller]

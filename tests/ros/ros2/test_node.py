@@ -181,6 +181,12 @@ def test_a_check_tells_what_may_be_wrong(write, rig):
     assert any("nothing is said on /tf:" in words for words in found.findings)
 
 
+def test_with_the_types_that_wheels_lack_transforms_are_told_too(write, rig, ros2_messages):
+    found = check_node(str(write(setup=ros2_messages)), rig, lambda *_: {})
+    assert (found.passed, found.poses) == (True, 10)
+    assert not any("nothing is said on /tf" in words for words in found.findings)
+
+
 def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write, rig, drive):
     loop = host_of("karto")
     loop.start()
