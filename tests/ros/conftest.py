@@ -25,6 +25,7 @@ from taskslam.ros.method import bridge_to
 from taskslam.ros.node_file import NodeFile, load_node
 from taskslam.ros.ros1.master import Master
 from taskslam.ros.ros1.node import Node
+from taskslam.ros.ros2.messages import make_messages
 from taskslam.slam.base import PoseEstimate
 from taskslam.slam.conformance.drive import ConformanceDrive
 from taskslam.slam.guest.host import MethodHost
@@ -76,6 +77,14 @@ def ros2() -> None:
     """Our own interpreter has the wheels of ROS 2."""
     if importlib.util.find_spec("rclpy") is None or importlib.util.find_spec("rmw_fastrtps_cpp") is None:
         absent("the wheels of ROS 2", "pip install 'taskslam[ros2]'")
+
+
+@pytest.fixture(scope="session")
+def ros2_messages(ros2: None, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The setup script of the wheels with the types that they lack."""
+    if shutil.which("g++") is None:
+        absent("g++ and Python's headers")
+    return str(make_messages(tmp_path_factory.mktemp("messages") / "ros2"))
 
 
 @pytest.fixture(scope="session")

@@ -116,13 +116,15 @@ def odometry(server):
 
 def test_it_says_what_the_simulator_measures_and_no_true_pose(served, make_stage):
     server = served(factor=4.0, seed=3)
-    server.subscribe("/scan", "/odom", names.TF, names.TF_STATIC, names.CLOCK, names.MAP_TOPIC, names.BUMPER)
-    server.until(lambda: len(server.of("/scan")) > 3)
+    server.subscribe("/scan", "/odom", names.TF, names.TF_STATIC, names.CLOCK, names.MAP_TOPIC, names.BUMPER, "/points")
+    server.until(lambda: len(server.of("/scan")) > 3 and server.of("/points"))
     stage = make_stage([[0.0, -1.0, 0.0]])
     rig = stage.robot.rig
     published = server.us.published()
     assert "/ground_truth/odom" not in published
-    assert {"/imu", "/velodyne_points", "/stereo/left/image_rect", "/stereo/right/camera_info"} <= set(published)
+    assert {"/imu", "/velodyne_points", "/points", "/stereo/left/image_rect", "/stereo/right/camera_info"} <= set(
+        published
+    )
     scan = ros_decoding.laser_scan(server.of("/scan")[-1], rig.lidar_2d)
     simulator = Simulator(stage.world, stage.robot, 3, sensors=DEFAULT_SENSORS)
     simulator.reset(START)

@@ -23,10 +23,12 @@ class Platform(Protocol):
     """What the protocol needs of a robot. Times are integer nanoseconds since `zero_utc`.
 
     driven_by: for run.json, what drove. resumable: whether `go_on` continues an interrupted run as if nothing had been.
+    returns: between rounds without map the robot shall drive to the start by itself; `returned` then says that it has.
     """
 
     driven_by: DrivenBy
     resumable: bool = False
+    returns: bool = False
 
     @property
     def zero_utc(self) -> datetime:
@@ -47,6 +49,10 @@ class Platform(Protocol):
 
         What the record should know of how it came there, in a sentence; empty where that is nothing.
         """
+
+    def returned(self) -> None:
+        """The robot has driven to the start by itself: the next `place` leaves it where it stands."""
+        raise AssertionError(f"{type(self).__name__} does not drive to the start by itself")
 
     def advance(self, until: int) -> Iterator[Measurement]:
         """Let time run to `until`, yielding measurements in stamp order."""

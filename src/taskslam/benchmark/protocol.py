@@ -123,12 +123,28 @@ class _Lifetime:
             outcome = self._round()
             complete = complete and outcome is Outcome.REACHED
             aborted = outcome is not Outcome.REACHED and tour.task.protocol.on_failure is OnFailure.ABORT
+            if not aborted and number == numbers[-1][0] and self._is_followed():
+                self._return()
             if aborted or number == numbers[-1][0]:
                 traveller.stop()  # how it fails at that is told in this round
             self._end_round(outcome)
             if aborted:
                 break
         return complete
+
+    def _is_followed(self) -> bool:
+        """Whether another lifetime begins at the start, to which the robot shall drive by itself."""
+        return self.tour.platform.returns and self.round + 1 < self.tour.task.protocol.rounds
+
+    def _return(self) -> None:
+        """Drive to the start, while SLAM of this round still lives; where that fails, somebody must bring the robot."""
+        start = self.tour.task.start
+        assert start is not None  # only a replay has none
+        journey = self.traveller.go_to(start.pose)
+        if journey.outcome is Outcome.REACHED:
+            self.tour.platform.returned()
+        else:
+            self.tour.observer.notice(f"the robot has not come to the start: {journey.outcome}: {journey.detail}")
 
     def _round(self) -> Outcome:
         tour, protocol = self.tour, self.tour.task.protocol

@@ -10,17 +10,23 @@ from typing import TextIO
 
 from taskslam.benchmark.platform import Platform
 from taskslam.benchmark.ros_platform import RosPlatform
+from taskslam.benchmark.run import Driver, navigation_settings
+from taskslam.benchmark.stack_platform import StackPlatform
+from taskslam.benchmark.stack_traveller import StackTraveller
 from taskslam.benchmark.stage import Stage
+from taskslam.benchmark.traveller import Traveller
 from taskslam.errors import InputError
 from taskslam.navigation.costmap import GlobalCostmap
 from taskslam.navigation.global_planner import plan_path
 from taskslam.navigation.settings import NavigationSettings
 from taskslam.observer import Observer
+from taskslam.record.run_directory import RunWriter
 from taskslam.ros.connection import Connection
+from taskslam.ros.opening import navigation_in
 from taskslam.ros.transport import Transport
 from taskslam.sensors import fitted
 from taskslam.simulation.simulator import DEFAULT_SENSORS
-from taskslam.slam.base import Kind, MethodCard
+from taskslam.slam.base import Kind, MapMode, MethodCard
 
 _MOMENT_S = 0.1
 
@@ -73,3 +79,38 @@ def robot_for(
         return RosPlatform(stage, connect, connection, sensors, person, observer)
 
     return make
+
+
+def stack_for(
+    stage: Stage, ros: int, connect: Callable[[], Transport], connection: Connection, observer: Observer
+) -> tuple[Callable[[MethodCard], Platform], Driver]:
+    """The robot and who drives it, where that is the robot's own navigation: Nav2 in ROS 2, move_base in ROS 1."""
+    described, person = connection.stack, AtTheKeyboard()
+    action = "NavigateToPose of Nav2" if ros == 2 else "move_base"
+    card = MethodCard(
+        name=stack_name(ros, connection),
+        version="",
+        licence="unknown",
+        kind=Kind.SLAM,
+        sensors=(),
+        summary=f"the robot's own SLAM and navigation, sent to goals by {action}",
+        map_mode=MapMode.CONTINUE,
+        deterministic=False,
+    )
+
+    def robot(_: MethodCard) -> Platform:
+        return StackPlatform(
+            stage, connect, lambda graph: navigation_in(graph, described), connection, person, observer
+        )
+
+    def traveller(platform: Platform, record: RunWriter) -> Traveller:
+        assert isinstance(platform, StackPlatform)
+        patience = navigation_settings(stage.scenario).goal
+        return StackTraveller(platform, record, stage.scenario.start.pose, patience, described.cancel, observer)
+
+    return robot, Driver(card, traveller)
+
+
+def stack_name(ros: int, connection: Connection) -> str:
+    """By which results call it, as they call a method."""
+    return connection.stack.name or ("nav2" if ros == 2 else "move_base")

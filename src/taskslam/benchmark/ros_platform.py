@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Any, Protocol
 
@@ -31,6 +31,8 @@ from taskslam.stopping import undisturbed
 _LOOK_EVERY_S = 0.02
 _TICK = NANOSECONDS // 20
 _PATIENCE_S = 10.0  # on the wall's clock, for a clock that stands, a robot that is put down
+_READY_S = 5.0  # on the wall's clock, for others to find us: longer than a look, but no longer than that
+_SETTLED_S = 0.5
 _OWED_S = 2.0  # in simulated time, for what is owed
 _OWED_REAL_S = 0.01  # on a real robot
 _ASK_AGAIN_S = 1.0
@@ -81,6 +83,8 @@ class RosPlatform(Platform):
         self._zero = self._now = self._hold = 0
         self._T_odom_start: SE2 | None = None
         self._greeted = True
+        self._returned = False
+        self.returns = connection.to_start == "goal"
 
     @property
     def zero_utc(self) -> datetime:
@@ -107,7 +111,11 @@ class RosPlatform(Platform):
         wrong = list(self._subscribe())
         self._listener = threading.Thread(target=self._listen, name="listens to the robot", daemon=True)
         self._listener.start()
-        time.sleep(self._connection.look)
+        began = time.monotonic()
+        while (waited := time.monotonic() - began) < self._connection.look or (
+            waited < _READY_S and not self._is_ready()
+        ):
+            time.sleep(_LOOK_EVERY_S)
         with self._told:
             wrong += self._hearing.understand()
             wrong += self._look()
@@ -130,19 +138,23 @@ class RosPlatform(Platform):
     def place(self, pose: SE2) -> str:
         """Have the robot put down: by a simulator that takes /taskslam/place, or by a person, who says so."""
         where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
-        if self._open_transport.readers(self._theirs(names.PLACE)):
+        by_itself, self._returned = self._returned, False
+        if not by_itself and self._open_transport.readers(self._theirs(names.PLACE)):
             at = self._put_down(pose)
             self._T_odom_start = None
             said = f"put down at {where} by {names.PLACE}"
         else:
-            at, self._T_odom_start = self._carried(where)
+            at, self._T_odom_start = self._carried(where, by_itself)
             x, y, theta = self._T_odom_start.x, self._T_odom_start.y, self._T_odom_start.theta
-            said = (
-                f"a person put the robot at the start {where}; its odometry read ({x:.3f}, {y:.3f}, {theta:.3f}) then"
-            )
+            who = "the robot drove to the start" if by_itself else "a person put the robot at the start"
+            said = f"{who} {where}; its odometry read ({x:.3f}, {y:.3f}, {theta:.3f}) then"
         self._now = at - self._zero
         self._greeted = False
         return said
+
+    def returned(self) -> None:
+        """It has driven to the start: nobody is waited for."""
+        self._returned = True
 
     def advance(self, until: int) -> Iterator[Measurement]:
         """Wait for the robot's time, and for what its sensors owe of it; what they said, in order.
@@ -179,7 +191,7 @@ class RosPlatform(Platform):
     def halt(self) -> None:
         """Zero speed."""
         if self._commands and not self._closing:
-            self._command(0.0, 0.0)
+            self._stand()
 
     def true_pose(self) -> None:
         """Cameras may know it; we do not."""
@@ -222,9 +234,7 @@ class RosPlatform(Platform):
 
     def _subscribe(self) -> Iterator[str]:
         transport, stop = self._open_transport, self._connection.stop
-        wanted, latest = self._hearing.wanted().keys(), time.monotonic() + self._connection.look
-        while not wanted <= (published := transport.published()).keys() and time.monotonic() < latest:
-            time.sleep(_LOOK_EVERY_S)
+        published = self._settled()
         yield from self._hearing.subscribe(published)
         self._simulated = published.get(names.CLOCK) == names.KINDS[names.CLOCK]
         for topic in (names.CLOCK, names.BUMPER, names.PLACED, names.GO):
@@ -237,6 +247,22 @@ class RosPlatform(Platform):
                 yield f"the stop button: {stop} is {found}; expected std_msgs/msg/Bool"
             else:
                 transport.subscribe(stop, "std_msgs/msg/Bool", latched=True)
+
+    def _settled(self) -> Mapping[str, str]:
+        """Who publishes what, once all that is wanted is there and nothing new has come for a while."""
+        transport, wanted = self._open_transport, self._hearing.wanted().keys()
+        published, changed = transport.published(), time.monotonic()
+        latest = changed + max(self._connection.look, _READY_S)
+        while (now := time.monotonic()) < latest and not (wanted <= published.keys() and now > changed + _SETTLED_S):
+            time.sleep(_LOOK_EVERY_S)
+            before, published = published, transport.published()
+            if before.keys() != published.keys():
+                changed = time.monotonic()
+        return published
+
+    def _is_ready(self) -> bool:
+        """Whether what takes a while to be found is there."""
+        return bool(self._open_transport.readers(self._theirs(names.COMMAND)))
 
     def _look(self) -> Iterator[str]:
         """What else must be as it should before anything moves, a sentence each."""
@@ -297,9 +323,9 @@ class RosPlatform(Platform):
         """The dead man: without a fresh command or a fresh pose the robot stands."""
         now, fresh = self._robot_now(), round(self._connection.fresh * NANOSECONDS)
         if self._moving and now - self._commanded_at > fresh:
-            self._command(0.0, 0.0)
+            self._stand()
             self._observer.notice(f"no command for {self._connection.fresh:g} s: the robot was told to stand")
-        if not self._moving or not self._heard_at:
+        if not self._is_under_way() or not self._heard_at:
             return
         odometry = self._theirs("/odom")
         stale = now - self._heard_at > fresh and time.monotonic() - self._heard_wall > self._connection.fresh / 2
@@ -311,14 +337,22 @@ class RosPlatform(Platform):
         elif not self._open_transport.readers(self._theirs(names.COMMAND)):
             self._fail(f"nobody reads {self._theirs(names.COMMAND)} any more")
         elif self._fault:
-            self._command(0.0, 0.0)
+            self._stand()
+
+    def _is_under_way(self) -> bool:
+        """Whether anybody has the robot move on our behalf."""
+        return self._moving
+
+    def _stand(self) -> None:
+        """Have the robot stand, whoever has it move on our behalf."""
+        self._command(0.0, 0.0)
 
     def _fail(self, words: str) -> None:
         """Remember why, for the main thread to tell; stand."""
         with self._told:
             self._fault = self._fault or words
             self._told.notify_all()
-        self._command(0.0, 0.0)
+        self._stand()
 
     def _check(self) -> None:
         """Raise RobotFailedError if something is wrong."""
@@ -369,24 +403,29 @@ class RosPlatform(Platform):
             self._heard_at = 0
         return at
 
-    def _carried(self, where: str) -> tuple[int, SE2]:
-        """Wait until a person says that the robot stands at the start; when, and its odometry then."""
+    def _carried(self, where: str, is_there: bool) -> tuple[int, SE2]:
+        """Wait until the robot stands at the start, and a person says so; when, and its odometry.
+
+        is_there: it has come by itself, and nobody is asked.
+        """
         self.halt()
-        self._observer.notice(
-            f"put the robot at the start {where}, then press Enter here, or publish true on {names.GO}"
-        )
+        if not is_there:
+            self._observer.notice(
+                f"put the robot at the start {where}, then press Enter here, or publish true on {names.GO}"
+            )
         with self._told:
             self._went = False
         odometry: WheelOdometry | None = None
         while True:
-            said = self._person.answered()
+            said = is_there or self._person.answered()
             with self._told:
                 self._check()
                 now = self._robot_now()
                 waiting = self._hearing.pop(now)  # nobody else takes what is said meanwhile
                 said, self._went = said or self._went, False
                 odometry = next((one for one in reversed(waiting) if isinstance(one, WheelOdometry)), odometry)
-                if not said:
+                if not said or (is_there and not (odometry and _stands(odometry))):
+                    self._told.wait(_LOOK_EVERY_S)
                     continue
                 if odometry is not None and _stands(odometry) and now - odometry.stamp <= _STALE:
                     self._hearing.begin(now, from_zero=False)

@@ -21,6 +21,7 @@ from taskslam.benchmark.sealing import salt_of, salted, seal_file, told_apart
 from taskslam.benchmark.simulated_platform import SimulatedPlatform
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage, source_of
+from taskslam.benchmark.traveller import Traveller
 from taskslam.errors import HostFailedError, RecordError, ScenarioError, SimulatorFailedError, TaskSlamError
 from taskslam.measurements import NANOSECONDS, Sensor
 from taskslam.navigation.navigator import Navigator
@@ -46,11 +47,22 @@ _RETRIES = 2  # infrastructure failures are retried and never counted against a 
 
 
 @dataclass(frozen=True)
+class Driver:
+    """Who drives in place of our loop with a method.
+
+    card: what the record says of it. traveller: makes a fresh one for every lifetime.
+    """
+
+    card: MethodCard
+    traveller: Callable[[Platform, RunWriter], Traveller]
+
+
+@dataclass(frozen=True)
 class Undertaking:
     """A run that is about to be driven.
 
     card: what the method was described with. closed: folders of results, which the method cannot read. salt: of a
-    sealed run. take_over: as of `run`.
+    sealed run. take_over, driver: as of `run`.
     """
 
     stage: Stage
@@ -60,6 +72,7 @@ class Undertaking:
     closed: tuple[Path, ...] = ()
     salt: str | None = None
     take_over: bool = False
+    driver: Driver | None = None
 
     def host(self, log: Path, proven: bool) -> MethodHost:
         """A fresh host of the method. proven: whether it has started well before in this run."""
@@ -79,6 +92,7 @@ def run(
     salt: str | None = None,
     take_over: bool = False,
     platform: Callable[[MethodCard], Platform] | None = None,
+    driver: Driver | None = None,
 ) -> tuple[Path, bool]:
     """Drive one run on its stage; its directory, and whether every goal of every round was reached.
 
@@ -86,7 +100,8 @@ def run(
     when one was interrupted. salt: of the sealed run that this one repeats; by default it is made with the secret that
     rests in `out` (`sealing.py`). take_over: go on with this run even if another process seems to be at it, since
     whoever asks knows that it is to be replaced (`record/run_directory.py`).
-    platform: makes the robot for a method with such a card; by default the simulator.
+    platform: makes the robot for a method with such a card; by default the simulator. driver: who drives in place of
+    our loop; the spec's method is then only its name.
 
     Raises:
         UnknownMethodError, MethodUnavailableError, InputError: before anything is driven.
@@ -95,12 +110,16 @@ def run(
             is gone on with by the next start.
     """
     observer = observer or Observer()
-    card = card_of(spec.method)
+    card = driver.card if driver else card_of(spec.method)
     directory = run_folder(out, spec)
     if not take_over:
         settle(directory)
     if not overwrite and (finished := finished_run(directory, spec, salt)) is not None:
-        if find_method(spec.method).file is not None and finished.method_card.get("version") != card.version:
+        if (
+            driver is None
+            and find_method(spec.method).file is not None
+            and finished.method_card.get("version") != card.version
+        ):
             raise RecordError(
                 f"{directory}: a finished run of another content of {spec.method} stands there; choose another --out,"
                 " or --overwrite"
@@ -109,7 +128,7 @@ def run(
         return directory, finished.complete
     if spec.sealed and salt is None:
         salt = salt_of(out, spec.digest)
-    undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt, take_over)
+    undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt, take_over, driver)
     for attempt in range(_RETRIES + 1):
         try:
             return directory, _attempt(undertaking, directory, observer, overwrite, platform)
@@ -177,21 +196,12 @@ def record_tour(
     """
     stage, spec = undertaking.stage, undertaking.spec
     wall = time.perf_counter()
-    settings = navigation_settings(stage.scenario)
-    navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
     resumes, dice, take_over = _resumes(platform, spec), told_apart(undertaking.salt), undertaking.take_over
     with RunWriter(directory, overwrite, spec.to_json(), resumes, dice, take_over) as record, ExitStack() as cast:
         if record.notice:
             observer.notice(record.notice)
         done = record.resumed
-        hosts: list[MethodHost] = []
-
-        def new_host() -> MethodHost:
-            proven = bool(done.rounds) or any(host.started for host in hosts)
-            hosts.append(undertaking.host(record.method_log, proven))
-            return hosts[-1]
-
-        ready = [cast.enter_context(new_host().launched())]
+        new_traveller = _travellers(undertaking, platform, record, observer, cast)
         observer.stage("opening the platform")
         cast.enter_context(platform)
         if done.rounds:
@@ -199,14 +209,35 @@ def record_tour(
         record.began_utc = platform.zero_utc.isoformat()
         save_floor_plan(stage.plan, record.folder / "plan.yaml", image="png")
 
-        def traveller() -> ClosedLoop:
-            method = ready.pop() if ready else new_host()
-            return ClosedLoop(platform, method, navigator, record, stage.scenario.start.pose, observer)
-
-        tour = Tour(stage.scenario, platform, traveller, record, observer)
+        tour = Tour(stage.scenario, platform, new_traveller, record, observer)
         complete = drive(tour, spec.mode)
         record.finish(manifest_of(undertaking, tour, complete, done.wall_s + time.perf_counter() - wall))
     return complete
+
+
+def _travellers(
+    undertaking: Undertaking, platform: Platform, record: RunWriter, observer: Observer, cast: ExitStack
+) -> Callable[[], Traveller]:
+    """Makes the traveller of a lifetime. The process of our first one's method starts at once."""
+    stage, driver = undertaking.stage, undertaking.driver
+    if driver is not None:
+        return lambda: driver.traveller(platform, record)
+    settings = navigation_settings(stage.scenario)
+    navigator = Navigator(stage.plan, stage.robot, settings, build_planner(stage.scenario.planner, stage.robot))
+    hosts: list[MethodHost] = []
+
+    def new_host() -> MethodHost:
+        proven = bool(record.resumed.rounds) or any(host.started for host in hosts)
+        hosts.append(undertaking.host(record.method_log, proven))
+        return hosts[-1]
+
+    ready = [cast.enter_context(new_host().launched())]
+
+    def traveller() -> ClosedLoop:
+        method = ready.pop() if ready else new_host()
+        return ClosedLoop(platform, method, navigator, record, stage.scenario.start.pose, observer)
+
+    return traveller
 
 
 def _resumes(platform: Platform, spec: RunSpec) -> bool:

@@ -112,7 +112,9 @@ class _ServedRobot:
         self._said: set[str] = set()
         self._handle: dict[str, Callable[[Heard], None]] = {names.COMMAND: self._command, names.PLACE: self._place}
         self._topics = {
-            sensor: [topic.name for topic in kind.topics] for sensor, kind in fitted(rig).items() if kind.bag
+            sensor: [name for topic in kind.topics for name in _names(topic.name)]
+            for sensor, kind in fitted(rig).items()
+            if kind.bag
         }
 
     def live(self, record: ServedRecord, period: int) -> Served:
@@ -142,7 +144,8 @@ class _ServedRobot:
         transport = self._transport
         for sensor, kind in fitted(self._stage.robot.rig).items():
             for topic in kind.topics if sensor in self._topics else ():
-                transport.advertise(topic.name, topic.kind)
+                for name in _names(topic.name):
+                    transport.advertise(name, topic.kind)
         others = [names.CLOCK, names.TF, names.TF_STATIC, names.MAP_TOPIC, names.BUMPER, names.PLACED]
         for name in others:
             transport.advertise(name, names.KINDS[name], name in names.LATCHED)
@@ -185,7 +188,8 @@ class _ServedRobot:
         self._show(stamp)
         if any(self._transport.readers(topic) for topic in self._topics.get(measurement.sensor, ())):
             for topic, message in self._encoder.utterance(measurement).messages:
-                self._say(topic, message)
+                for name in _names(topic):
+                    self._say(name, message)
 
     def _show(self, now: int) -> None:
         """/clock, which never goes back."""
@@ -285,3 +289,8 @@ class _ServedRobot:
     def _notice(self, text: str) -> None:
         self._record.notice(self._simulator.now, self._placed, text)
         self._observer.notice(text)
+
+
+def _names(topic: str) -> list[str]:
+    """The names under which a topic is said."""
+    return [topic, *filter(None, [names.ALSO.get(topic)])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -71,3 +72,41 @@ def check(
     console.print(Text.assemble(verdict, f"{found.poses} of {found.frames} frames answered{took}"))
     if not found.passed:
         raise typer.Exit(1)
+
+
+@app.command("messages")
+def messages(
+    folder: Annotated[Path, typer.Argument(help="A new folder, which stays: the types are read from it.")],
+) -> None:
+    """Make the message types that the wheels of ROS 2 lack: tf2_msgs for /tf, and Nav2's NavigateToPose.
+
+    Whoever has a ROS 2 has them. With wheels alone, name the script that is left wherever a setup is asked for.
+
+    Example: `taskslam ros messages ros2`, then `taskslam serve house --ros 2 --setup ros2/setup.bash`
+    """
+    from taskslam.ros.ros2.messages import make_messages
+
+    say(f"Setup: {make_messages(folder)}")
+
+
+@app.command("goals")
+def goals(
+    out: Annotated[Path, typer.Argument(help="A new YAML file, for waypoints_file of a scenario.")],
+    ros: Annotated[int, typer.Option(min=1, max=2, help="The version of ROS.")] = 2,
+    join: Annotated[str, typer.Option(help="The graph: a roscore's URI, or the number of a domain.")] = "",
+    setup: Annotated[str, typer.Option(help="A script of your ROS 2, whose Python then runs our bridge.")] = "",
+    topic: Annotated[str, typer.Option(help="Default: where RViz gives goals.")] = "",
+    count: Annotated[int | None, typer.Option(min=1, help="End after so many; default: by Ctrl-C.")] = None,
+) -> None:
+    """Collect the goals that you give in RViz (2D Goal Pose) as waypoints.
+
+    Example: `taskslam ros goals goals.yaml`, then `sequence: {waypoints_file: goals.yaml}` in a scenario
+    """
+    from contextlib import closing
+
+    from taskslam.ros.goals import TOPICS, collect_goals
+    from taskslam.ros.opening import join_graph
+
+    with closing(join_graph(ros, "/taskslam_goals", join, setup or None)) as transport:
+        found = collect_goals(transport, topic or TOPICS[ros], out, count, say)
+    say(f"{found} waypoints: {out}" if found else "no goals were given: nothing was written")

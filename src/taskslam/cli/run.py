@@ -16,8 +16,10 @@ from taskslam.mode import Mode
 
 if TYPE_CHECKING:
     from taskslam.benchmark.platform import Platform
+    from taskslam.benchmark.run import Driver
     from taskslam.benchmark.stage import Stage
     from taskslam.observer import Observer
+    from taskslam.ros.connection import Connection
     from taskslam.ros.transport import Transport
     from taskslam.slam.base import MethodCard
 
@@ -38,6 +40,14 @@ class PlatformChoice(StrEnum):
     ROS2 = "ros2"
 
 
+class DriveChoice(StrEnum):
+    """Whose navigation, and whose SLAM, drive."""
+
+    OURS = "ours"
+    NAV2 = "nav2"
+    MOVE_BASE = "move_base"
+
+
 class LatencyChoice(StrEnum):
     """How a method's estimates are delayed."""
 
@@ -48,7 +58,9 @@ class LatencyChoice(StrEnum):
 
 def run(
     scenario: Annotated[str, typer.Argument(help="A shipped scenario (house, aws_small_house, ...) or a YAML file.")],
-    method: Annotated[list[str], typer.Option("--method", "-m", help="A registered SLAM method; may be repeated.")],
+    method: Annotated[
+        list[str] | None, typer.Option("--method", "-m", help="A registered SLAM method; may be repeated.")
+    ] = None,
     mode: Annotated[ModeChoice, typer.Option(help="Without map, with map, or both.")] = ModeChoice.BOTH,
     rounds: Annotated[int | None, typer.Option(min=1, help="Rounds that count; default: the scenario's.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every random source.")] = 0,
@@ -74,6 +86,9 @@ def run(
     connection: Annotated[
         Path | None, typer.Option(help="A robot's topics, frames, limits and stop button: a YAML file.")
     ] = None,
+    drive: Annotated[
+        DriveChoice, typer.Option(help="Our navigator with a method, or the robot's own Nav2 (ros2), move_base (ros1).")
+    ] = DriveChoice.OURS,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Look at the robot, and drive nothing.")] = False,
     overwrite: Annotated[bool, typer.Option(help="Drive again what is finished already.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no tables.")] = False,
@@ -92,6 +107,8 @@ def run(
         taskslam run house -m karto --mode with-map --rounds 2 --sealed
 
         taskslam run my_tour.yaml -m karto --platform ros1 --connection my_robot.yaml
+
+        taskslam run my_tour.yaml --drive nav2 --platform ros2 --mode with-map
     """
     from taskslam.benchmark.sealing import checked_salt
     from taskslam.benchmark.sealing import sealed as seal
@@ -103,10 +120,13 @@ def run(
         overrides.append(f"protocol.rounds={rounds}")
     options, delay = parse_options(option or []), LatencyModel(LatencyMode(latency.value), cpu_scale)
     is_sealed = sealed or bool(salt)
-    ways = [(name, chosen, seed, options, delay, is_sealed) for name in method for chosen in _modes(mode)]
+    robot = None
+    if platform is not PlatformChoice.SIMULATOR:
+        robot = _Robot(int(platform.value[-1]), connection, dry_run, drive is not DriveChoice.OURS)
+    methods = _driven_methods(drive, method or [], robot)
+    ways = [(name, chosen, seed, options, delay, is_sealed) for name in methods for chosen in _modes(mode)]
     if salt and len(ways) != 1:
         raise InputError(f"--salt repeats one run; expected one method and one mode, not {len(ways)} runs")
-    robot = _Robot(int(platform.value[-1]), connection, dry_run) if platform is not PlatformChoice.SIMULATOR else None
     if robot is None and (connection or dry_run):
         raise InputError("--connection and --dry-run are for a robot: expected --platform ros1 or ros2 too")
     if robot is not None and is_sealed:
@@ -141,11 +161,35 @@ def _modes(choice: ModeChoice) -> list[Mode]:
 
 @dataclass(frozen=True)
 class _Robot:
-    """A robot that answers over ROS, of this version. dry: it is only looked at."""
+    """A robot that answers over ROS, of this version. dry: it is only looked at; itself: its own navigation drives."""
 
     ros: int
     connection: Path | None
     dry: bool
+    itself: bool = False
+
+    def described(self) -> Connection:
+        """What its connection's file says. Raises InputError."""
+        from taskslam.ros.connection import Connection, load_connection
+
+        return load_connection(self.connection) if self.connection else Connection()
+
+
+def _driven_methods(drive: DriveChoice, methods: list[str], robot: _Robot | None) -> list[str]:
+    """The methods to be driven; a robot's own SLAM goes by the name of its stack. Raises InputError."""
+    from taskslam.benchmark.robot_tour import stack_name
+    from taskslam.errors import InputError
+
+    if drive is DriveChoice.OURS:
+        if not methods:
+            raise InputError("which method? Expected --method, as -m karto; taskslam methods list names them")
+        return methods
+    ros = 2 if drive is DriveChoice.NAV2 else 1
+    if methods:
+        raise InputError(f"--drive {drive}: the robot's own SLAM steers it; expected no --method")
+    if robot is None or robot.ros != ros:
+        raise InputError(f"--drive {drive}: it answers over ROS {ros}; expected --platform ros{ros}")
+    return [stack_name(ros, robot.described())]
 
 
 def _drive(
@@ -166,42 +210,44 @@ def _drive(
     from taskslam.slam.cards import card_of
 
     loaded = load_scenario(scenario, overrides)
-    for name, *_ in ways:
+    for name, *_ in ways if robot is None or not robot.itself else ():
         card_of(name)
     all_complete = True
     with progress(quiet) as observer:
         stage = set_stage(loaded, world_paths, observer)
         for warning in stage.world.warnings if stage.world is not None else ():
             observer.notice(warning)
-        platform = None
+        platform = driver = None
         if robot is not None:
-            stage, platform = _on_robot(stage, robot, observer)
+            stage, platform, driver = _on_robot(stage, robot, observer)
         for way in ways:
             spec = stage.spec(*way)
             observer.run_begins(spec.title)
             if robot is not None and robot.dry:
                 assert platform is not None
-                with platform(card_of(spec.method)):
+                with platform(driver.card if driver else card_of(spec.method)):
                     say(f"{spec.title}: the robot is ready")
                 continue
-            _, complete = drive(stage, spec, out, observer, overwrite, salt=salt, platform=platform)
+            _, complete = drive(stage, spec, out, observer, overwrite, salt=salt, platform=platform, driver=driver)
             all_complete = all_complete and complete
     return all_complete
 
 
-def _on_robot(stage: Stage, robot: _Robot, observer: Observer) -> tuple[Stage, Callable[[MethodCard], Platform]]:
-    """The stage without a simulator, and who makes the robot."""
-    from taskslam.benchmark.robot_tour import on_robot, robot_for
-    from taskslam.ros.connection import Connection, load_connection
+def _on_robot(
+    stage: Stage, robot: _Robot, observer: Observer
+) -> tuple[Stage, Callable[[MethodCard], Platform], Driver | None]:
+    """The stage without a simulator, who makes the robot, and who drives it where that is not we."""
+    from taskslam.benchmark.robot_tour import on_robot, robot_for, stack_for
     from taskslam.ros.opening import join_graph
 
-    connection = load_connection(robot.connection) if robot.connection else Connection()
-    stage = on_robot(stage)
+    connection, stage = robot.described(), on_robot(stage)
 
     def connect() -> Transport:
         return join_graph(robot.ros, "/taskslam_tour", connection.graph, connection.setup)
 
-    return stage, robot_for(stage, connect, connection, observer)
+    if robot.itself:
+        return stage, *stack_for(stage, robot.ros, connect, connection, observer)
+    return stage, robot_for(stage, connect, connection, observer), None
 
 
 def _conclude(out: Path, quiet: bool) -> None:

@@ -11,7 +11,7 @@ A robot whose topics bear our names needs none. What every key means stands at `
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
@@ -34,6 +34,21 @@ class SpeedLimits(_Part):
     angular: Positive = 1.5
 
 
+class StackFile(_Part):
+    """The robot's own navigation, which drives with `--drive nav2` or `move_base`.
+
+    name: by which results call it, as a method. action: by default /navigate_to_pose of Nav2, /move_base of move_base.
+    map: the frame in which it plans. behavior_tree: Nav2's, another than its own. cancel: s; so long it has to end a
+    goal that is given up.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][\w-]*$")] | None = None
+    action: Topic | None = None
+    map: Text = "map"
+    behavior_tree: str = ""
+    cancel: Positive = 5.0
+
+
 class Connection(_Part):
     """A robot's graph.
 
@@ -43,6 +58,8 @@ class Connection(_Part):
     of speed. stop: a topic of std_msgs/Bool that says true while the stop button is pressed; it must be there and not
     be pressed. fresh: s; where the newest odometry or our newest command is older, the robot is told to stand. look: s
     on the wall's clock, so long the dry run listens. clock: s, by which the robot's stamps may differ from our time.
+    to_start: how the robot comes to the start between rounds without map: a `person` brings it, or it is the last
+    round's `goal`. stack: the robot's own navigation.
     """
 
     graph: str = ""
@@ -54,6 +71,8 @@ class Connection(_Part):
     fresh: Annotated[float, Field(ge=0.1, le=5.0)] = 0.5
     look: Annotated[float, Field(ge=0.5, le=60.0)] = 3.0
     clock: Positive = 0.2
+    to_start: Literal["person", "goal"] = "person"
+    stack: StackFile = StackFile()
 
     @field_validator("topics")
     @classmethod

@@ -9,3 +9,7 @@ class RosError(Exception):
 
 class NodeEndedError(Exception):
     """The node's process has ended."""
+
+
+class RejectedError(RosError):
+    """An action's server does not accept a goal."""

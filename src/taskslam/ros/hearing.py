@@ -121,7 +121,7 @@ class Hearing:
             head = self._heads.setdefault(heard.topic, [])
             if len(head) < _HEAD:
                 head.append(heard.content)
-                if heard.topic in self._roles:
+                if heard.topic in self._roles and now:  # before /clock was heard, there is no age
                     age = now - ros_decoding.stamp_of(heard.content)
                     least, most = self.ages.get(heard.topic, (age, age))
                     self.ages[heard.topic] = min(age, least), max(age, most)

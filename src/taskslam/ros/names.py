@@ -8,6 +8,8 @@ BUMPER = "/bumper"
 """std_msgs/Bool: whether it is pressed."""
 PLACE, PLACED = "/taskslam/place", "/taskslam/placed"
 """geometry_msgs/PoseStamped in `map`: put the robot down there; and that this was done, at which time."""
+ALSO = {"/velodyne_points": "/points"}
+"""What the served robot says under a second name too: the first is that of bags and of the paper's nodes."""
 GO = "/taskslam/go"
 """std_msgs/Bool: a person says, away from the keyboard, that the robot stands at the start."""
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 
 from taskslam.errors import InputError
+from taskslam.ros.connection import StackFile
+from taskslam.ros.navigation import NavigationStack
 from taskslam.ros.transport import Transport
 
 
@@ -40,3 +42,18 @@ def join_graph(ros: int, name: str, where: str = "", setup: str | None = None) -
     except ValueError:
         raise InputError(f"the domain of ROS 2 is '{where}'; expected its number") from None
     return Ros2Graph(name, domain, setup)
+
+
+def navigation_in(transport: Transport, described: StackFile) -> NavigationStack:
+    """The navigation stack in a graph: Nav2 in ROS 2, move_base in ROS 1."""
+    from taskslam.ros.ros1.transport import Ros1
+
+    if isinstance(transport, Ros1):
+        from taskslam.ros.ros1.move_base import MoveBase
+
+        return MoveBase(transport, described.action or "/move_base")
+    from taskslam.ros.ros2.navigate_to_pose import NavigateToPose
+    from taskslam.ros.ros2.transport import Ros2Graph
+
+    assert isinstance(transport, Ros2Graph)
+    return NavigateToPose(transport.ros, described.action or "/navigate_to_pose", described.behavior_tree)

@@ -57,5 +57,8 @@ class Transport(Protocol):
     def published(self) -> Mapping[str, str]:
         """The topics that anybody publishes, ours too, with their types."""
 
+    def last_words(self, topic: str, message: Any) -> None:
+        """What is said on a topic of ours if we are killed, as far as this ROS allows it."""
+
     def close(self) -> None:
         """Leave. Idempotent."""

@@ -80,6 +80,8 @@ class Echo(Node):
         answer.header.stamp = header.stamp
         answer.header.frame_id = "world" if fault == "wrong_frame" else "map"
         answer.pose.pose = odometry.pose.pose
+        if fault == "back":
+            answer.header.stamp.sec -= 1
         if fault == "nan":
             answer.pose.pose.position.x = float("nan")
         self.pose.publish(answer)

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -162,6 +163,33 @@ def test_work_is_counted_of_all_that_a_node_starts():
         assert processor_time([shell.pid]) < 0.1e9
         shell.communicate(b"\n")
     assert session_of(shell.pid) == []
+
+
+def test_a_domain_with_a_port_that_is_taken_is_passed_over(tmp_path, monkeypatch):
+    """Two numbers of a range of our own, so that nobody else is kept from theirs."""
+    monkeypatch.setattr("taskslam.ros.ros2.domain._NUMBERS", (98, 99))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as somebody:
+        somebody.bind(("", 7400 + 250 * 98))
+        held = Domain(tmp_path)
+        assert held.number == 99
+        with pytest.raises(InputError, match="no domain of ROS 2 is free on this machine: 2 are in use"):
+            Domain(tmp_path)
+    held.close()
+
+
+def test_a_shared_memory_that_is_full_is_refused_before_anybody_is_killed_by_it(tmp_path):
+    """In a mount of its own, of 8 MB."""
+    alone = ["unshare", "--user", "--map-root-user", "--mount"]
+    if subprocess.run([*alone, "true"], check=False).returncode:
+        pytest.skip("needs namespaces of users and mounts, which this kernel does not give")
+    script = (
+        "from pathlib import Path\nfrom taskslam.errors import InputError\n"
+        "from taskslam.ros.ros2.domain import Domain\n"
+        f"try: Domain(Path({str(tmp_path)!r}))\nexcept InputError as error: print(error)"
+    )
+    command = f'mount -t tmpfs -o size=8m none /dev/shm && exec {sys.executable} -c "$0"'
+    said = subprocess.run([*alone, "bash", "-c", command, script], capture_output=True, text=True, check=True).stdout
+    assert said.startswith("/dev/shm has 8 MB left; expected 192 for a ROS 2 node and its bridge")
 
 
 def test_no_two_runs_have_the_same_domain(tmp_path):

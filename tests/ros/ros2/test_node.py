@@ -93,6 +93,14 @@ def test_two_at_once_answer_every_scan_with_the_odometry_of_its_stamp(host_of, w
     [
         ("dies", Outcome.CRASHED, 'the node was killed by SIGABRT after printing ".*the map has no cells'),
         ("hangs", Outcome.STALLED, r"the node has not answered 2 frames in a row \(.*3 answered, 2 missing"),
+        ("silent", Outcome.STALLED, r"the node has not answered 2 frames in a row \(.*3 answered, 2 missing"),
+        ("back", Outcome.STALLED, r"2 unmatched; the last answer of no frame was stamped -0\.6\d* s"),
+        (
+            "wrong_frame",
+            Outcome.INVALID_OUTPUT,
+            "a pose in the frame 'world'; expected 'map', at the laser scan at 0.3",
+        ),
+        ("nan", Outcome.INVALID_OUTPUT, "a pose that is not finite"),
     ],
 )
 def test_a_fault_is_named_and_nothing_is_left(host_of, write, rig, drive, fault, outcome, words):
@@ -133,6 +141,10 @@ def test_what_is_killed_is_named_and_leaves_nothing(host_of, write, rig, drive, 
         ),
         ({"parameters": {"rate": 100}}, 'exited with code 1 after printing ".*rate.*INTEGER.*DOUBLE'),
         ({"answer": {"transform": ["map", "odom"]}}, "has no type tf2_msgs/msg/TFMessage"),
+        (
+            {"command": f"bash -c 'python3 {NODE} --ros-args -r __node:=other & exec python3 {NODE}'"},
+            "/echo and /other both publish /pose",
+        ),
         ({"reset": "/rest"}, r"nobody offers the service /rest. Did you mean '/reset'\?"),
         ({"setup": "/dev/null"}, "no bridge to ROS 2: .*python3.*: No module named 'rclpy'"),
     ],
@@ -167,6 +179,12 @@ def test_a_check_tells_what_may_be_wrong(write, rig):
     assert '/echo warns: "the frame base_linc does not exist"' in found.findings
     assert any("odom_frame names the frame 'odm'" in words for words in found.findings)
     assert any("nothing is said on /tf:" in words for words in found.findings)
+
+
+def test_with_the_types_that_wheels_lack_transforms_are_told_too(write, rig, ros2_messages):
+    found = check_node(str(write(setup=ros2_messages)), rig, lambda *_: {})
+    assert (found.passed, found.poses) == (True, 10)
+    assert not any("nothing is said on /tf" in words for words in found.findings)
 
 
 def test_karto_as_a_node_gives_the_poses_of_karto_in_the_loop(host_of, write, rig, drive):

@@ -90,6 +90,9 @@ class Ros1(Transport):
             types = dict(self._node.ask("getTopicTypes"))
         return {topic: long(types[topic]) for topic, _ in publishers if topic in types}
 
+    def last_words(self, topic: str, message: Any) -> None:
+        """Nothing: nobody is left who could say it."""
+
     def close(self) -> None:
         """Leave, and end our own master."""
         self._node.close()

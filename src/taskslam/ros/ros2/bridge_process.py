@@ -13,10 +13,12 @@ that whoever asks need not know which fields a distribution has.
     {"ask": n, "do": "call", "service", "type", "fields", "within_s"}
     {"ask": n, "do": "send_goal", "id", "action", "type", "fields", "within_s"}
     {"ask": n, "do": "cancel", "id"}
+    {"do": "last_words", "id"} + CDR                                 published on a topic of ours when the input ends
 
 A question is answered by {"answer": n, "value"} or {"answer": n, "error"}, in any order. Unasked come {"heard": id} +
 CDR, {"feedback": id, "value"}, {"result": id, "status", "value"}, {"error"} for what was not asked, and first of all
-{"ready": facts} or {"unable": why}. It ends when its input does.
+{"ready": facts} or {"unable": why}. A goal whose action server vanishes ends with the status "gone". The bridge ends
+when its input does, and cancels the goals that are open then.
 
 A quality of service is {"reliability": "reliable" or "best_effort", "durability": "volatile" or "transient_local",
 "depth": n}; depth 0 keeps all.
@@ -32,13 +34,15 @@ import signal
 import struct
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO
 
 LENGTHS = struct.Struct("<II")
 LONGEST_HEADER = 4 << 20
 LONGEST_BODY = 256 << 20
-_WAITING_S = 0.02
+_LOOK_EVERY_S = 0.5
+_LEAVING_S = 2.0
 
 
 class BrokenFrameError(Exception):
@@ -93,11 +97,13 @@ class Bridge:
         self._topics: dict[int, Any] = {}
         self._clients: dict[tuple[str, str], tuple[Any, Any]] = {}
         self._actions: dict[tuple[str, str], Any] = {}
-        self._goals: dict[int, Any] = {}
+        self._goals: dict[int, tuple[str, Any]] = {}
+        self._last_words: dict[int, bytes] = {}
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
         self._hearing = threading.Thread(target=self._spin, name="hears", daemon=True)
         self._hearing.start()
+        threading.Thread(target=self._watch, name="watches action servers", daemon=True).start()
 
     def facts(self) -> dict[str, Any]:
         """What whoever asks should know of this side."""
@@ -114,7 +120,7 @@ class Bridge:
     def say(self, header: dict[str, Any], body: bytes = b"") -> None:
         """Send a frame."""
         begin, rest = frame(header, body)
-        with self._speaking:
+        with self._speaking, contextlib.suppress(BrokenPipeError):  # whoever asked was killed: there is still to leave
             self._output.write(begin)
             self._output.write(rest)
             self._output.flush()
@@ -122,7 +128,9 @@ class Bridge:
     def take(self, header: dict[str, Any], body: bytes) -> None:
         """Do what a frame asks for."""
         what = header.get("do")
-        if what == "publish":
+        if what == "last_words":
+            self._last_words[header["id"]] = body
+        elif what == "publish":
             try:
                 self._topics[header["id"]].publish(body)
             except Exception as error:  # whatever the middleware raises is told, and the bridge lives on
@@ -133,12 +141,39 @@ class Bridge:
             self._answer(header)
 
     def close(self) -> None:
-        """Leave."""
+        """Leave: cancel the goals that are open, say the last words, and once more when all has come to its end."""
         import rclpy
 
+        ended = [goal.cancel_goal_async() for _, goal in list(self._goals.values())]
+        self._say_last_words()
+        until = time.monotonic() + _LEAVING_S
+        while self._goals and not all(done.done() for done in ended) and time.monotonic() < until:
+            time.sleep(0.02)
+        if ended:
+            self._say_last_words()
         rclpy.try_shutdown()
         self._hearing.join(1.0)
         self._node.destroy_node()
+
+    def _say_last_words(self) -> None:
+        for topic, body in self._last_words.items():
+            with contextlib.suppress(Exception):  # nobody is there to be told of it
+                self._topics[topic].publish(body)
+
+    def _watch(self) -> None:
+        """End the goals whose server is not there any more: nobody else would."""
+        served_by: dict[int, set[Any]] = {}
+        while self._executor.context.ok():
+            time.sleep(_LOOK_EVERY_S)
+            for number, (action, _) in list(self._goals.items()):
+                with contextlib.suppress(Exception):  # while we leave
+                    ends = self._node.get_publishers_info_by_topic(f"{action}/_action/status")
+                    there = {tuple(end.endpoint_gid) for end in ends}
+                    known = served_by.setdefault(number, there) or there
+                    served_by[number] = known
+                    if known and not known & there:
+                        self._goals.pop(number, None)
+                        self.say({"result": number, "status": "gone", "value": None})
 
     def _spin(self) -> None:
         while self._executor.context.ok():
@@ -224,7 +259,7 @@ class Bridge:
         sent = self._in_turn(lambda: client.send_goal_async(asked, feedback_callback=told), within_s)
         goal = _waited_for(sent, within_s, f"the action {action}")
         if goal.accepted:
-            self._goals[id] = goal
+            self._goals[id] = action, goal
             ended = self._in_turn(goal.get_result_async, within_s)
             ended.add_done_callback(lambda done: self._ended(id, done))
         return bool(goal.accepted)
@@ -232,7 +267,8 @@ class Bridge:
     def _ended(self, id: int, done: Any) -> None:  # noqa: A002
         from action_msgs.msg import GoalStatus
 
-        self._goals.pop(id, None)
+        if self._goals.pop(id, None) is None:
+            return
         states = {GoalStatus.STATUS_SUCCEEDED: "succeeded", GoalStatus.STATUS_ABORTED: "aborted"}
         states[GoalStatus.STATUS_CANCELED] = "canceled"
         try:
@@ -244,7 +280,8 @@ class Bridge:
     def _do_cancel(self, id: int, within_s: float = 10.0) -> bool:  # noqa: A002
         if id not in self._goals:
             return False
-        answer = _waited_for(self._in_turn(self._goals[id].cancel_goal_async, within_s), within_s, "cancelling")
+        _, goal = self._goals[id]
+        answer = _waited_for(self._in_turn(goal.cancel_goal_async, within_s), within_s, "cancelling")
         return bool(answer.goals_canceling)
 
 

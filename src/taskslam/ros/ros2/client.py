@@ -25,7 +25,7 @@ from rosbags.typesys import Stores
 
 from taskslam.datasets.bag_access import ros_types
 from taskslam.errors import InputError
-from taskslam.ros.errors import RosError
+from taskslam.ros.errors import RejectedError, RosError
 from taskslam.ros.process import program
 from taskslam.ros.qos import Quality
 from taskslam.ros.ros2 import bridge_process as protocol
@@ -33,7 +33,7 @@ from taskslam.ros.ros2 import bridge_process as protocol
 _BRIDGE = Path(protocol.__file__)
 _START_S = 30.0
 _ANSWER_S = 10.0
-_END_S = 1.0
+_END_S = 4.0  # goals are canceled meanwhile
 _PIPE_SIZE = 1 << 20
 _STORES = {"humble": Stores.ROS2_HUMBLE, "iron": Stores.ROS2_IRON, "jazzy": Stores.ROS2_JAZZY}
 _DEFAULT_STORE = Stores.ROS2_KILTED
@@ -63,7 +63,10 @@ class Graph:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """How a goal of an action ended: succeeded, aborted, canceled or unknown; and what was told with it."""
+    """How a goal of an action ended, and what was told with it.
+
+    status: succeeded, aborted, canceled, gone (its server) or unknown.
+    """
 
     status: str
     values: Values
@@ -180,14 +183,14 @@ class Ros2:
     ) -> Goal:
         """Send a goal to an action. kind: as nav2_msgs/action/NavigateToPose. feedback: told in a thread of its own.
 
-        Raises RosError: nobody offers the action, or it is not accepted.
+        Raises RosError: nobody offers the action; RejectedError: it is not accepted.
         """
         goal = Goal(next(self._numbers))
         self._goals[goal.number] = goal, feedback
         asked = {"action": action, "type": kind, "fields": fields, "within_s": within_s}
         try:
             if not self._ask("send_goal", within_s * 2 + _ANSWER_S, id=goal.number, **asked):
-                raise RosError(f"{action} does not accept the goal")
+                raise RejectedError(f"{action} does not accept it")
         except BaseException:
             self._goals.pop(goal.number, None)
             raise
@@ -197,8 +200,12 @@ class Ros2:
         """Ask for a goal to be canceled; whether it is going to be. How it ended is told by its result."""
         return bool(self._ask("cancel", id=goal.number))
 
+    def last_words(self, number: int, data: bytes | memoryview) -> None:
+        """A message (CDR) that the bridge publishes on a publication of ours when it ends, also if we are killed."""
+        self._say({"do": "last_words", "id": number}, data)
+
     def close(self) -> None:
-        """End the bridge. Idempotent."""
+        """End the bridge; it cancels what goals are open. Idempotent."""
         with suppress(OSError), self._speaking:
             self._input.close()
         with suppress(subprocess.TimeoutExpired):

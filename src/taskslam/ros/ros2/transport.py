@@ -50,7 +50,7 @@ class Ros2Graph(Transport):
     def advertise(self, topic: str, kind: str, latched: bool = False) -> None:
         """A topic to publish on, reliable: so everybody can read it. Of a type that this ROS lacks, nothing is said."""
         try:
-            self._publications[topic] = self._open.advertise(topic, kind, LATCHED if latched else Quality())
+            self._publications[topic] = self.ros.advertise(topic, kind, LATCHED if latched else Quality())
         except RosError as error:
             self.complaints.append(f"nothing is said on {topic}: {error}")
 
@@ -114,6 +114,12 @@ class Ros2Graph(Transport):
         with self._asking() as ros:
             return {topic: ends[0].type for topic, ends in ros.graph().publishers.items()}
 
+    def last_words(self, topic: str, message: Any) -> None:
+        """By the bridge, which outlives us."""
+        publication = self._publications[topic]
+        with self._asking() as ros:
+            ros.last_words(publication.number, ros.store.serialize_cdr(message, publication.kind))
+
     def close(self) -> None:
         """Leave; our own domain is given back."""
         if self._ros is not None:
@@ -132,14 +138,15 @@ class Ros2Graph(Transport):
         return count
 
     @property
-    def _open(self) -> Ros2:
+    def ros(self) -> Ros2:
+        """The bridge, for what is asked by no topic."""
         assert self._ros is not None
         return self._ros
 
     @contextmanager
     def _asking(self) -> Iterator[Ros2]:
         try:
-            yield self._open
+            yield self.ros
         except RosError as error:
             raise InfrastructureError(f"ROS 2: {error}") from None
 
