@@ -17,6 +17,7 @@ from taskslam.report.page.comparison_view import comparison_views
 from taskslam.report.page.failure_story import WINDOW_S
 from taskslam.report.page.page_data import page_data
 from taskslam.report.page.plan_drawing import plan_pictures
+from taskslam.report.page.replay import MOST_OF_A_PAGE, kept_on_page
 from taskslam.report.page.setting import facts
 from taskslam.report.page.shell import Entry, render
 from taskslam.report.page.suite import SuiteView, is_suite, suite_view
@@ -25,6 +26,7 @@ from taskslam.report.page.views import RunView, ScenarioView, run_view, scenario
 from taskslam.report.results import Results, read_results
 from taskslam.report.tables.columns import quantity_columns, quantity_text
 
+_REPLAY = ("replay.css", "tour_drawing.js", "replay.js")
 MOST_OPEN_RUNS = 4  # with more runs than these, what belongs to a single run is folded away
 
 
@@ -37,6 +39,7 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     """
     results = read_results(folders)
     runs = [run_view(f"run-{index}", run) for index, run in enumerate(results.runs, start=1)]
+    kept = dict(zip((run.anchor for run in runs), kept_on_page([run.replay for run in runs]), strict=True))
     whole_suite = is_suite(results)
     scenarios = [
         scenario_view([run for run in runs if run.metrics.scenario == name], whole_suite) for name in results.scenarios
@@ -47,6 +50,10 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         [Entry(run.label, run.style) for run in results.first_runs],
         results.modes,
         _parts(suite, scenarios),
+        more=_REPLAY,
+        replays=kept,
+        replays_left_out={run.anchor for run in runs if run.replay is not None and kept[run.anchor] is None},
+        most_of_replays=MOST_OF_A_PAGE,
         results=results,
         suite=suite,
         scenarios=scenarios,
