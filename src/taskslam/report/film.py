@@ -130,15 +130,16 @@ class _Above:
         """The moment: the ways behind both, goals, robot, estimate, failures."""
         image = self._ground.copy()
         brush = ImageDraw.Draw(image)
-        thick = max(2.0, self._size[1] / 160 * _FINER / 2)
+        thick = max(2.5, self._size[1] / 90 * _FINER / 2)
         for index, goal in enumerate(self._goals):
             colour = palette.BLUE if index == story.target else palette.INK
             x, y = self._place(goal)
-            brush.circle((x, y), 3.6 * thick, fill=colour, outline=palette.PAPER, width=round(thick / 2))
-            font = ImageFont.load_default(4.6 * thick)
+            brush.circle((x, y), 3.0 * thick, fill=colour, outline=palette.PAPER, width=round(thick / 2))
+            font = ImageFont.load_default(4.4 * thick)
             brush.text((x, y), str(index + 1), fill=palette.PAPER, font=font, anchor="mm")
-        self._draw_way(brush, believed, palette.BELIEF, 2.2 * thick)
-        self._draw_way(brush, way, palette.TRUTH, thick)
+        for poses, colour, wide in ((believed, palette.BELIEF, 1.8), (way, palette.TRUTH, 0.8)):
+            self._draw_way(brush, poses, palette.PAPER, (wide + 0.6) * thick)  # floors have all colours
+            self._draw_way(brush, poses, colour, wide * thick)
         for pose, colour in ((estimate, palette.BELIEF), (truth, palette.TRUTH)):
             if pose is not None:
                 self._draw_robot(brush, pose, colour, thick)
@@ -162,7 +163,7 @@ class _Above:
 
     def _draw_robot(self, brush: ImageDraw.ImageDraw, pose: SE2, colour: str, thick: float) -> None:
         x, y = self._place(pose)
-        radius = max(self._radius * self._scale, 4 * thick)
+        radius = max(self._radius * self._scale, 3 * thick)
         light = tuple((value + 2 * 255) // 3 for value in ImageColor.getrgb(colour)[:3])
         brush.circle((x, y), radius, fill=light, outline=colour, width=round(thick))
         tip = (x + 1.4 * radius * math.cos(pose.theta), y - 1.4 * radius * math.sin(pose.theta))

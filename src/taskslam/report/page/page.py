@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from taskslam.errors import RecordError
 from taskslam.evaluation.quantities.area import EXACT
 from taskslam.evaluation.quantities.published import COMPLETENESS
 from taskslam.evaluation.quantities.success import SUCCESS
@@ -18,7 +19,7 @@ from taskslam.report.page.failure_story import WINDOW_S
 from taskslam.report.page.page_data import page_data
 from taskslam.report.page.plan_drawing import plan_pictures
 from taskslam.report.page.replay import MOST_OF_A_PAGE, kept_on_page
-from taskslam.report.page.setting import facts
+from taskslam.report.page.setting import facts, rounds_of
 from taskslam.report.page.shell import Entry, render
 from taskslam.report.page.suite import SuiteView, is_suite, suite_view
 from taskslam.report.page.verdicts import mode_verdicts, run_verdict, split
@@ -34,10 +35,14 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
     """Write the page about all finished runs at or below the given folders; returns its path.
 
     With several scenarios or more than two methods it opens with an overview of all of them (`suite.py`). Runs and
-    trajectories that cannot be read are named on the page and left out. Raises RecordError if there is no run at all,
+    trajectories that cannot be read are named on the page and left out. Raises RecordError if there is no finished run,
     DiskFullError if the page cannot be written.
     """
     results = read_results(folders)
+    if not results.runs:
+        first = results.left_out[0]
+        more = f", nor can {len(results.left_out) - 1} others" if len(results.left_out) > 1 else ""
+        raise RecordError(f"no finished run to report on: {first.directory} cannot be used{more}: {first.reason}")
     runs = [run_view(f"run-{index}", run) for index, run in enumerate(results.runs, start=1)]
     kept = dict(zip((run.anchor for run in runs), kept_on_page([run.replay for run in runs]), strict=True))
     whole_suite = is_suite(results)
@@ -60,7 +65,8 @@ def write_report(folders: Sequence[Path], out: Path) -> Path:
         folded=len(runs) > MOST_OPEN_RUNS,
         damaged=[(run.metrics.directory, reason) for run in runs for reason in _damage(run)],
         comparisons=comparison_views(results),
-        facts=facts(runs) if runs else [],
+        facts=facts(runs),
+        rounds_of=rounds_of(runs),
         task_units=_task_units(results),
         shared=[
             plan_pictures([run.plan for run in runs if run.plan is not None]),

@@ -70,6 +70,7 @@ def _waypoint(run: RunView, waypoint: WaypointMetrics) -> dict[str, Any]:
         "H": _short(waypoint.orientation.precision_rad),
         "visits": waypoint.visits,
         "rounds": waypoint.rounds,
+        "unjudged": waypoint.unjudged is not None,
         "arrivals": rows,
     }
 

@@ -196,8 +196,8 @@ def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     D = runs[0].manifest.robot_diameter
     enlarged = enlarged_limit(curves, D)
     return (
+        CurvePanel(f"The first {100 * enlarged:g} cm, where they differ", None, curve_figure(curves, enlarged, D)),
         CurvePanel("Up to four robot diameters", None, curve_figure(curves, 4 * D, D)),
-        CurvePanel(f"The first {100 * enlarged:g} cm, enlarged", None, curve_figure(curves, enlarged, D)),
     )
 
 

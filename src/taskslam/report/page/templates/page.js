@@ -96,7 +96,7 @@
     ]);
     return [
       make("h4", {}, `Waypoint ${goal + 1} · ${run.name}`),
-      make("p", {}, `${waypoint.visits} of ${waypoint.rounds} rounds; E ${length(waypoint.E, scenario)}, e ${length(waypoint.e, scenario)}, Δ ${angle(waypoint.H, scenario)}`),
+      make("p", {}, `${waypoint.unjudged ? "Not judged" : `${waypoint.visits} of ${waypoint.rounds} rounds`}; E ${length(waypoint.E, scenario)}, e ${length(waypoint.e, scenario)}, Δ ${angle(waypoint.H, scenario)}`),
       make("div", {class: "halves"}, plot([run], goal, scenario),
         table(["Round", "from mean", "from goal", "heading off", "SLAM off"], rows)),
     ];
@@ -107,7 +107,7 @@
     const scenario = data.scenarios[key];
     const runs = Object.values(data.runs).filter((run) => run.scenario === key && run.waypoints[goal] && shows(run.method) && shows(run.mode));
     const modes = data.modes.filter((mode) => runs.some((run) => run.mode === mode));
-    const say = ({E, visits, rounds}) => visits === rounds && E !== null ? length(E, scenario) : `${visits}/${rounds}`;
+    const say = ({E, visits, rounds, unjudged}) => unjudged ? "not judged" : visits === rounds && E !== null ? length(E, scenario) : `${visits}/${rounds}`;
     const rows = [...new Set(runs.map((run) => run.label))].map((label) => {
       const own = runs.filter((run) => run.label === label);
       const icon = make("svg", {viewBox: "0 0 16 16", class: "icon", "aria-hidden": "true"}, marker(own[0], 8, 8));
