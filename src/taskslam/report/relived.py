@@ -10,13 +10,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import ValidationError
 
-from taskslam.benchmark.spec import Drive, RunSpec
+from taskslam.benchmark.spec import Drive
 from taskslam.benchmark.stage import load_scenario_world
-from taskslam.errors import InputError, RecordError
+from taskslam.benchmark.verify import spec_of
+from taskslam.errors import InputError
 from taskslam.geometry import OPTICAL_IN_BODY, SE2, FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.observer import Observer
-from taskslam.reading import LARGEST_MANIFEST, is_there, read_text
+from taskslam.reading import is_there
 from taskslam.record import RoundStarted, RunRecord
 from taskslam.record.run_directory import SPEC
 from taskslam.report.poses_over_time import poses_at
@@ -67,10 +68,9 @@ def relive(record: RunRecord, world_paths: Sequence[Path], observer: Observer) -
 
 def _world_of(record: RunRecord) -> str:
     """The digest of the world that the run's spec names; empty for a run that kept no spec."""
-    path = record.directory / SPEC
-    if not is_there(path):
+    if not is_there(record.directory / SPEC):
         return ""
-    spec = RunSpec.from_json(read_text(path, "run's spec", RecordError, LARGEST_MANIFEST))
+    spec = spec_of(record.directory, record.manifest)
     return spec.task.world if isinstance(spec.task, Drive) else ""
 
 

@@ -34,7 +34,7 @@ const TourDrawing = (() => {
       if (source && facts.lidar) {
         const picture = new Image();
         picture.addEventListener("load", () => { this.grid = wallsOf(picture); ready(); });
-        picture.src = source.getAttribute("href");
+        picture.setAttribute("src", source.getAttribute("href"));
       }
     }
 
