@@ -27,10 +27,10 @@ for (const name of ["error", "warn"]) {
 }
 </script>"""
 ACT = """<script>
-addEventListener("load", () => {
+addEventListener("load", async () => {
   const seen = (selector) => [...document.querySelectorAll(selector)].filter((at) => at.getClientRects().length > 0);
   const text = (selector) => seen(selector).map((at) => at.innerText.trim());
-  const result = (() => { %s })();
+  const result = await (async () => { %s })();
   parent.postMessage(JSON.stringify({ noted, result }), "*");
 });
 </script>"""
@@ -49,7 +49,10 @@ def chromium(url, *options):
 
 
 def act(page, size, script, *options):
-    """What `script` returns in the page; no error may have been noted. The page's policy, which forbids it, is off."""
+    """What `script` returns in the page, which may await something; no error may have been noted.
+
+    The page's policy, which forbids the script, is off.
+    """
     text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text(encoding="utf-8"))
     text = text.replace("<head>", f"<head>{WATCH}", 1).replace("</body>", f"{ACT % script}</body>")
     page.with_name("acted.html").write_text(text, encoding="utf-8")

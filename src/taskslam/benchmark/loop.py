@@ -109,6 +109,7 @@ class ClosedLoop:
         until = max(until, self.platform.now)  # a real robot's time waits for nobody
         for estimate in self.method.collect(until):
             self._localise(estimate)
+        self.record.frames(self.round, self.method.answered())
         step = self.navigator.step(
             until,
             self.localization.T_map_odom,

@@ -125,6 +125,8 @@ def play(
             if status is Status.TRACKING:
                 played.poses += 1
                 record.pose("estimate", number, stamp, T_map_start @ estimate.T_start_base)
+        answered = [(stamp - shift, compute, late) for stamp, compute, late in method.answered() if stamp >= shift]
+        record.frames(number, answered)
 
     # Odometry is recorded even if the method does not listen: it is what every method is compared with.
     recorded = needs | ({Sensor.WHEEL_ODOMETRY} & dataset.sensors)

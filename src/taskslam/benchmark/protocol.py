@@ -78,7 +78,7 @@ def _with_map(tour: Tour) -> bool:
 
 def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
     """One SLAM lifetime over these rounds; a method that fails ends it, and its failure is recorded."""
-    life = _Lifetime(tour, tour.new_traveller(), numbers[0][0])
+    life = _Lifetime(tour, tour.new_traveller(), *numbers[0])
     try:
         return life.live(numbers)
     except MethodFailedError as failure:
@@ -101,10 +101,11 @@ def _guarded(tour: Tour, numbers: list[tuple[int, bool]]) -> bool:
 class _Lifetime:
     """One start of SLAM until its end: one round without map, all rounds with map."""
 
-    def __init__(self, tour: Tour, traveller: Traveller, first_round: int) -> None:
+    def __init__(self, tour: Tour, traveller: Traveller, first_round: int, primed: bool) -> None:
         self.tour = tour
         self.traveller = traveller
         self.round = first_round
+        self.primed = primed
         self.goal: tuple[int, SE2] = (0, tour.task.goals[0])
         self.counted = Effort()
 
@@ -183,7 +184,7 @@ class _Lifetime:
             tour.platform.now, self.round, index, target, outcome, detail, at.truth, at.estimate, at.odometry
         )
         tour.record.event(failed)
-        tour.last_failure = failed.words
+        tour.last_failure = failed.words(self.primed)
         tour.observer.notice(tour.last_failure)
 
     def _end_round(self, outcome: Outcome) -> None:

@@ -58,7 +58,7 @@ def verify(directory: Path, folders: Sequence[Path] = (), observer: Observer | N
     """
     observer = observer or Observer()
     then = load_run(directory, damaged=True)
-    spec = _spec_of(directory, then.manifest)
+    spec = spec_of(directory, then.manifest)
     if then.changed:
         return Verdict(directory, Agreement.DIFFERENT, then.changed[0])
     if spec.behaviour != BEHAVIOUR:
@@ -76,7 +76,8 @@ def verify(directory: Path, folders: Sequence[Path] = (), observer: Observer | N
         return _compared(then, now, spec)
 
 
-def _spec_of(directory: Path, manifest: Manifest) -> RunSpec:
+def spec_of(directory: Path, manifest: Manifest) -> RunSpec:
+    """The spec that a finished run kept. Raises RecordError, InputError: it cannot be read, or is not run.json's."""
     spec = RunSpec.from_json(read_text(directory / SPEC, "run's spec", RecordError, LARGEST_MANIFEST))
     if spec.digest != manifest.spec_hash and spec.behaviour == BEHAVIOUR:
         raise RecordError(f"{directory}: spec.json is not the spec of run.json, whose spec_hash is another")

@@ -14,6 +14,7 @@ from taskslam.cli import (
     evaluate_trajectories,
     export,
     figures,
+    film,
     import_trials,
     lab,
     measure,
@@ -62,6 +63,7 @@ app.command("replay")(replay.replay)
 app.command("import-trials")(import_trials.import_trials)
 app.command("report")(report.report)
 app.command("figures")(figures.figures)
+app.command("film")(film.film)
 app.command("compare")(compare.compare)
 app.add_typer(scenarios.app, name="scenarios")
 app.add_typer(place.app, name="place")

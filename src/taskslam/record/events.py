@@ -78,10 +78,11 @@ class GoalFailed:
     estimate: SE2 | None
     odometry: SE2 | None
 
-    @property
-    def words(self) -> str:
-        """A sentence for people."""
-        return f"round {self.round}, goal {self.goal}: {self.outcome}: {self.detail}"
+    def words(self, primed: bool) -> str:
+        """A sentence for people, who count rounds and waypoints from 1. primed: whether the first round is priming."""
+        number = self.round if primed else self.round + 1
+        where = f"round {number}" if number else "priming round"
+        return f"{where}, waypoint {self.goal + 1}: {self.outcome}: {self.detail}"
 
 
 @dataclass(frozen=True, slots=True)

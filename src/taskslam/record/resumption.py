@@ -76,7 +76,7 @@ class Resumption:
         said = ""
         for event in self.events:
             if isinstance(event, GoalFailed):
-                failed = event.words
+                failed = event.words(primed=False)  # rounds are resumed without a map alone
             elif isinstance(event, MethodNotice):
                 said = f"round {event.round}: {event.text}"
             elif isinstance(event, RoundEnded) and event.outcome is not Outcome.REACHED and failed is None:

@@ -3,7 +3,8 @@
     run.json          what was run (`Manifest`)
     journal.jsonl     what happened, one event a line
     method.log        what the method printed
-    round00/          truth.tum, estimate.tum, odometry.tum of each round, in the frame `map`
+    round00/          truth.tum, estimate.tum, odometry.tum of each round, in the frame `map`; frames.txt: how long
+                      the method took over each frame
     plan.yaml, .png   the floor plan
     spec.json         the run as one value, from which it can be driven again
 
@@ -24,7 +25,7 @@ import math
 import os
 import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -41,6 +42,7 @@ from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, is_there, read_b
 from taskslam.record.compression import plain_or_compressed
 from taskslam.record.digests import changed_files, digests
 from taskslam.record.events import Event, RoundEnded, RoundStarted
+from taskslam.record.frame_times import FRAMES, NO_FRAMES, FrameTimes, read_frame_times, write_frame_times
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import MANIFEST_FILE, RUN_FORMAT, Manifest
 from taskslam.record.newest import NEWEST, Newest, few, with_way, write_newest
@@ -93,6 +95,7 @@ class RunWriter:
         self.resumed, self.notice = Resumption(), ""
         self._replace, self._dice = replace, dice
         self._poses: dict[tuple[int, PoseName], list[tuple[int, SE2 | FloatArray]]] = {}
+        self._frames: dict[int, list[tuple[int, int, int]]] = {}
         self._measured = False
         self._finished = False
         with writing(self.directory):
@@ -205,6 +208,11 @@ class RunWriter:
         rows = next((rows for name in names if (rows := self._poses.get((newest.round, name)))), [])
         write_newest(self.folder, with_way(newest, [pose for _, pose in few(rows)]))
 
+    def frames(self, round: int, rows: Iterable[tuple[int, int, int]]) -> None:  # noqa: A002 its word
+        """Remember (stamp, compute, latency) of frames that the method answered, in ns, for the round's frames.txt."""
+        if round not in self._written:
+            self._frames.setdefault(round, []).extend(rows)
+
     def finish(self, manifest: Manifest | Mapping[str, Any]) -> Path:
         """Write run.json and put the whole run in its place. Returns the run directory.
 
@@ -287,6 +295,8 @@ class RunWriter:
             rows = self._poses.get((number, name))
             if rows:
                 write_trajectory(folder / f"{name}.tum", _trajectory(rows))
+        if frames := self._frames.pop(number, []):
+            write_frame_times(folder / FRAMES, frames)
         for name in POSE_NAMES:
             self._poses.pop((number, name), None)
         self._written.add(number)
@@ -318,6 +328,11 @@ class RunRecord:
         if not path.exists():
             return Trajectory(np.empty(0, dtype=np.int64), np.empty((0, 3)))
         return read_trajectory(path)
+
+    def frame_times(self, round: int) -> FrameTimes:  # noqa: A002 the protocol's word
+        """How long the method took over a round's frames; empty if that was not kept. Raises RecordError if damaged."""
+        path = round_folder(self.directory, round) / FRAMES
+        return read_frame_times(path) if is_there(path) else NO_FRAMES
 
 
 def load_manifest(directory: Path) -> Manifest:

@@ -9,7 +9,8 @@ Box: TypeAlias = tuple[float, float, float, float]
 Place: TypeAlias = tuple[float, float]
 
 _DIRECTIONS = ((1, -1), (1, 1), (-1, -1), (-1, 1), (1, 0), (-1, 0), (0, -1), (0, 1))
-_LETTER, _ABOVE, _BELOW = 0.59, 0.85, 0.25  # of the font's size: a letter's width, and a line above and below its base
+LETTER_WIDTH = 0.59  # of the font's size
+_ABOVE, _BELOW = 0.85, 0.25  # of the font's size: a line above and below its base
 
 
 def place_labels(
@@ -28,7 +29,7 @@ def place_labels(
     taken: list[Box] = [(x - radius, y - radius, x + radius, y + radius) for x, y in marks]
     places: list[Place | None] = []
     for (x, y), text in zip(marks, texts, strict=True):
-        width, base = _LETTER * font_size * len(text), y + 0.35 * font_size
+        width, base = LETTER_WIDTH * font_size * len(text), y + 0.35 * font_size
         candidates = [
             (x + radius + 3, base),
             (x - radius - 3 - width, base),

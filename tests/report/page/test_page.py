@@ -95,7 +95,7 @@ def test_every_run_has_a_map_a_panel_for_each_waypoint_and_its_bars(page):
 def test_a_floor_plan_stands_on_the_page_once_and_every_map_refers_to_it(page):
     text = page.read_text()
     (key,) = re.findall(r'<image id="(plan-\w+)"', text)
-    maps = 1 + 3 + 1  # the scenario's, one for each run, one for the failure
+    maps = 1 + 3 + 3 + 1  # the scenario's, one and a stage for each run, one for the failure
     assert text.count(f'<use href="#{key}"') == maps
 
 
@@ -124,7 +124,7 @@ def test_a_title_from_a_scenario_cannot_inject(make_run, tmp_path):
     text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
     assert "<script>alert" not in text
     assert "&lt;script&gt;alert(1)" in text
-    assert text.count("<script") == 2  # the data and the page's own
+    assert text.count("<script") == 3  # the data, the tour's, and the page's own
 
 
 def test_text_that_looks_like_the_end_of_a_script_stays_inside_the_data(make_run, tmp_path):
@@ -172,11 +172,25 @@ def test_a_damaged_line_of_a_journal_is_said(make_run, tmp_path):
     assert text[text.index('<section id="left-out">') :].count("journal.jsonl, line 5") == 1
 
 
-def test_if_nothing_can_be_read_the_page_says_why(make_run, tmp_path):
+def test_if_no_run_can_be_read_there_is_no_page_but_the_reason(make_run, tmp_path):
     (make_run() / "journal.jsonl").write_text("nonsense\n")
-    page = write_report([tmp_path / "results"], tmp_path / "r.html")
-    assert parse(page).faults == []
-    assert "journal.jsonl, line 1" in page.read_text()
+    with pytest.raises(RecordError, match=r"no finished run to report on: .*journal\.jsonl, line 1"):
+        write_report([tmp_path / "results"], tmp_path / "r.html")
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_a_run_that_was_left_half_written_is_no_page(make_run, tmp_path):
+    directory = make_run()
+    (directory / "run.json").unlink()
+    with pytest.raises(RecordError, match="half-written"):
+        write_report([tmp_path / "results"], tmp_path / "r.html")
+
+
+def test_a_waypoint_that_no_camera_judged_has_no_count_of_visits(make_run, tmp_path):
+    make_run(unjudged={1: "no camera watched"})
+    text = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
+    assert text.count("<td>not judged</td>") == 1
+    assert text.count("<td>3/3</td>") == 2  # the others
 
 
 def test_a_folder_without_runs_is_refused(tmp_path):

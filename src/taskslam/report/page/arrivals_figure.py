@@ -26,12 +26,17 @@ _SIZE = 200.0
 _INSET = 66.0
 # Half a panel's width in metres, and a scale bar that suits it.
 _ZOOMS = (
+    (0.0025, 0.001, "1 mm"),
     (0.005, 0.002, "2 mm"),
+    (0.008, 0.002, "2 mm"),
     (0.0125, 0.005, "5 mm"),
-    (0.025, 0.01, "1 cm"),
+    (0.02, 0.005, "5 mm"),
+    (0.03, 0.01, "1 cm"),
     (0.05, 0.02, "2 cm"),
-    (0.1, 0.05, "5 cm"),
-    (0.25, 0.1, "10 cm"),
+    (0.08, 0.02, "2 cm"),
+    (0.125, 0.05, "5 cm"),
+    (0.2, 0.05, "5 cm"),
+    (0.3, 0.1, "10 cm"),
     (0.5, 0.2, "20 cm"),
     (1.0, 0.5, "50 cm"),
     (2.5, 1.0, "1 m"),
@@ -67,14 +72,11 @@ class _Window:
 def arrivals_figures(
     waypoints: Sequence[WaypointMetrics], tolerance: GoalTolerance, units: Units, in_map: bool = True
 ) -> list[Markup]:
-    """Draw one panel for each waypoint, on one scale where three quarters of them fit; wider ones zoom out.
+    """Draw one panel for each waypoint, each enlarged until its arrivals fill it.
 
     in_map: whether true poses compare with the goal; else the panel shows neither goal nor what SLAM believed.
     """
-    panels = [_panel(waypoint, in_map) for waypoint in waypoints]
-    zooms = sorted(panel.zoom for panel in panels)
-    common = zooms[math.ceil(0.75 * len(zooms)) - 1]
-    return [_draw_panel(panel, max(panel.zoom, common), tolerance.position_m, units, in_map) for panel in panels]
+    return [_draw_panel(_panel(waypoint, in_map), tolerance.position_m, units, in_map) for waypoint in waypoints]
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,9 @@ def _panel(waypoint: WaypointMetrics, in_map: bool) -> _Panel:
     return _Panel(waypoint, poses, mean, zoom)
 
 
-def _draw_panel(panel: _Panel, zoom: int, tolerance: float, units: Units, in_map: bool) -> Markup:
+def _draw_panel(panel: _Panel, tolerance: float, units: Units, in_map: bool) -> Markup:
     waypoint = panel.waypoint
-    half, bar, bar_label = _ZOOMS[zoom]
+    half, bar, bar_label = _ZOOMS[panel.zoom]
     window = _Window(0.0, 0.0, _SIZE, panel.mean, half)
     label = f"Arrivals at waypoint {waypoint.goal + 1}: {waypoint.visits} of {waypoint.rounds} rounds"
     svg = Svg(_SIZE, _SIZE + _INSET + 12, label)

@@ -75,7 +75,9 @@ def enlarged_limit(curves: list[Curve], diameter_m: float, least: float = 0.0) -
     """
     largest = max((value for curve in curves for value in curve.precisions), default=0.0)
     fitting = (
-        share * diameter_m for share in (0.05, 0.1, 0.2, 0.5, 1.0) if share * diameter_m >= max(1.1 * largest, least)
+        share * diameter_m
+        for share in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
+        if share * diameter_m >= max(1.1 * largest, least)
     )
     return next(fitting, diameter_m / 2)
 

@@ -37,12 +37,13 @@ def _draw_bar(svg: Svg, share: ErrorShare, colour: str, y: float, scale: float, 
     if share.position_m is None:
         return
     end = share.position_m * scale
-    svg.add("rect", x=0, y=y, width=max(end, 1.0), height=11, rx=1.5, fill=colour)
+    svg.add("rect", x=0, y=y, width=max(end, 1.0), height=7, rx=1.5, fill=colour)
     label_at = end
     if share.spread_m is not None:
         low, high = max(end - share.spread_m * scale, 0.0), end + share.spread_m * scale
-        svg.line(low, y + 5.5, high, y + 5.5, stroke=palette.INK, stroke_width=1.2)
+        # Beneath the bar: across it, a whisker looks like a bar that is broken.
+        svg.line(low, y + 10, high, y + 10, stroke=palette.INK, stroke_width=1.2)
         for x in (low, high):
-            svg.line(x, y + 2.5, x, y + 8.5, stroke=palette.INK, stroke_width=1.2)
+            svg.line(x, y + 8, x, y + 12, stroke=palette.INK, stroke_width=1.2)
         label_at = high
     draw_length(svg, label_at + 6, y + 10, share.position_m, units, unit=False, fill=palette.INK, font_size=12.5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,12 +12,13 @@ from taskslam.geometry import SE2, wrap_angle
 from taskslam.mode import Mode
 from taskslam.printable import one_line
 from taskslam.report.goal_frame import seen_from_goal
+from taskslam.report.page.shell import json_in_script
 from taskslam.report.page.views import RunView, ScenarioView
 from taskslam.report.palette import on_page
 
 
 def page_data(scenarios: Sequence[ScenarioView]) -> Markup:
-    """JSON of all runs, safe inside a script element: it holds no `<`, and ASCII alone.
+    """JSON of all runs for a script element.
 
     An arrival is [round, x, y, heading, x and y of SLAM's belief, seconds]: metres ahead of the goal and to its left,
     radians from its heading; null where unknown.
@@ -28,8 +28,7 @@ def page_data(scenarios: Sequence[ScenarioView]) -> Markup:
         "scenarios": {scenario.anchor: _scenario(scenario) for scenario in scenarios},
         "runs": {run.anchor: _run(run, scenario.anchor) for scenario in scenarios for run in scenario.runs},
     }
-    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c"))  # noqa: S704 JSON in which no tag can begin or end
+    return json_in_script(data)
 
 
 def _scenario(scenario: ScenarioView) -> dict[str, Any]:
@@ -71,6 +70,7 @@ def _waypoint(run: RunView, waypoint: WaypointMetrics) -> dict[str, Any]:
         "H": _short(waypoint.orientation.precision_rad),
         "visits": waypoint.visits,
         "rounds": waypoint.rounds,
+        "unjudged": waypoint.unjudged is not None,
         "arrivals": rows,
     }
 

@@ -10,13 +10,15 @@ from markupsafe import Markup
 
 from taskslam.evaluation.metrics_file import Interval
 from taskslam.report import palette
-from taskslam.report.labels import place_labels
+from taskslam.report.labels import LETTER_WIDTH, Place, place_labels
 from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.markers import Style, draw_marker
 from taskslam.report.svg import Svg
 
 _SIZE = 380.0
 _SHORTEST = 0.1  # of a value: an interval that reaches further down is cut at the edge of the figure
+_FREE, _LETTERS = 8.0, 12.0  # around a mark; size of its name
+_AWAY = (4.0, 12.0, 22.0, 34.0, 48.0)  # from a mark, where there is no room beside it
 _LEFT, _TOP, _RIGHT, _BOTTOM = 50.0, 30.0, 50.0, 44.0
 
 
@@ -86,10 +88,10 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
                  text_anchor="middle", class_="halo")  # fmt: skip
     places = [(x_of(point.accuracy_m), y_of(point.precision_m)) for point in points]
     names = [point.name for point in points]
-    labels = place_labels(places, names, 8.0, 12.0, (left, top, right, bottom))
-    for point, place in zip(points, labels, strict=True):
+    labels = place_labels(places, names, _FREE, _LETTERS, (left, top, right, bottom), _AWAY)
+    for point, mark, place in zip(points, places, labels, strict=True):
         if place is not None:  # else the legend must do
-            svg.text(*place, point.name, fill=palette.INK, font_size=12, class_="halo", data_method=point.style.key)
+            _draw_label(svg, point, mark, place)
     # Hollow markers last: a filled one would hide them.
     for point, (x, y) in sorted(zip(points, places, strict=True), key=lambda pair: not pair[0].complete):
         with svg.group(data_method=point.style.key):
@@ -101,3 +103,14 @@ def scatter_figure(points: Sequence[Point], axis: LogAxis, diameter_m: float | N
                 svg.line(x_of(point.accuracy_interval.low), y, x_of(point.accuracy_interval.high), y, **ink)
             draw_marker(svg, point.style, x, y, 6.0, filled=point.complete)
     return svg.markup()
+
+
+def _draw_label(svg: Svg, point: Point, mark: Place, place: Place) -> None:
+    """A name at its place, joined to its mark by a thin line where it does not stand beside it."""
+    x, y = place
+    width = LETTER_WIDTH * _LETTERS * len(point.name)
+    near = (min(max(mark[0], x), x + width), min(max(mark[1], y - 0.8 * _LETTERS), y + 0.2 * _LETTERS))
+    with svg.group(data_method=point.style.key):
+        if math.dist(mark, near) > _FREE + 5:
+            svg.line(*mark, *near, stroke=palette.MUTED, stroke_width=0.8)
+        svg.text(*place, point.name, fill=palette.INK, font_size=_LETTERS, class_="halo")

@@ -39,6 +39,12 @@ def facts(runs: Sequence[Run]) -> list[Fact]:
     return [*(fact for fact in stated if fact.values), Fact("Time", ((_time(runs), ""),))]
 
 
+def rounds_of(runs: Sequence[Run]) -> list[tuple[int, str]]:
+    """Each number of rounds with the runs that planned so many."""
+    numbers = sorted({run.metrics.rounds for run in runs})
+    return [(number, _whose([run.name for run in runs if run.metrics.rounds == number])) for number in numbers]
+
+
 def _values(runs: Sequence[Run], tell: Callable[[Run], str]) -> tuple[tuple[str, str], ...]:
     owners: dict[str, list[str]] = {}
     for run in runs:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -16,6 +17,7 @@ from taskslam.report import palette, words
 from taskslam.report.markers import Style, marker_icon
 
 _STYLES = ("style.css", "interactive.css", "print.css")
+_SCRIPTS = ("units.js", "page.js")
 
 
 @dataclass(frozen=True)
@@ -37,14 +39,18 @@ def render(
     modes: Iterable[str],
     parts: Sequence[tuple[str, str]],
     served_by: str = "",
+    more: Sequence[str] = (),
     **content: Any,
 ) -> str:
     """The page that a template gives. legend, modes: what its filter offers; parts: anchors and names of its links.
 
-    served_by: name of the style sheet and the script of a page that talks with the program that serves it.
+    served_by: name of the style sheet and the script of a page that talks with the program that serves it. more: files
+    that this page's script and style need beside those of every page.
     """
-    style = _style(legend, modes) + (_own(f"{served_by}.css") if served_by else "")
-    script = _own(f"{served_by or 'page'}.js")
+    own = (f"{served_by}.css", f"{served_by}.js") if served_by else _SCRIPTS
+    files = [*own, *more]
+    style = _style(legend, modes) + "".join(_own(name) for name in files if name.endswith(".css"))
+    script = "\n".join(_own(name) for name in files if name.endswith(".js"))
     environment = Environment(
         loader=PackageLoader("taskslam.report.page"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
@@ -60,6 +66,12 @@ def render(
         policy=_policy(style, script) + ("; connect-src 'self'" if served_by else ""),
         **content,
     )
+
+
+def json_in_script(content: Mapping[str, Any]) -> Markup:
+    """JSON that is safe inside a script element: it holds no `<`, and ASCII alone."""
+    text = json.dumps(content, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c"))  # noqa: S704 JSON in which no tag can begin or end
 
 
 def _own(name: str) -> str:

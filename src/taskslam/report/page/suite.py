@@ -112,7 +112,10 @@ def _curves(results: Results) -> tuple[CurvePanel, ...]:
         for mode in results.modes
     }
     near = enlarged_limit([curve for panel in curves.values() for curve in panel], diameter or EXACT_RANGE / 4)
-    extents = ((EXACT_RANGE, f"up to {100 * EXACT_RANGE:g} cm"), (near, f"the first {100 * near:g} cm, enlarged"))
+    extents = (
+        (near, f"the first {100 * near:g} cm, where they differ"),
+        (EXACT_RANGE, f"up to {100 * EXACT_RANGE:g} cm"),
+    )
     return tuple(
         CurvePanel(f"{words.mode(mode).capitalize()}, {what}", mode, curve_figure(panel, limit, diameter, _CURVE_SIZE))
         for limit, what in extents

@@ -22,7 +22,9 @@ from taskslam.report.page.curve_figure import Curve, curve_figure, enlarged_limi
 from taskslam.report.page.error_bars import bar_limit, error_bars
 from taskslam.report.page.failure_marks import FailurePlace
 from taskslam.report.page.failures import FailureView, failure_views
+from taskslam.report.page.over_time_figure import error_figure, frames_figure
 from taskslam.report.page.photos import MeasuredView, measured_view
+from taskslam.report.page.replay import Replay, replay_of
 from taskslam.report.page.tour_figure import tour_figure
 from taskslam.report.page.waypoints_figure import waypoints_figure
 from taskslam.report.results import MODES, MethodResult, Run, pooled_results
@@ -45,7 +47,8 @@ class WaypointView:
 class RunView(Run):
     """A run with its pictures. anchor: where the page's links point.
 
-    damage: trajectories that could not be read, and why. measured: what cameras saw, of a real robot.
+    round_names: of the rounds that began. damage: trajectories that could not be read, and why. measured: what cameras
+    saw, of a real robot. replay: None without a trajectory. error_over_time, frames_over_time: None where unknown.
     """
 
     anchor: str
@@ -56,6 +59,10 @@ class RunView(Run):
     failures: tuple[FailureView, ...]
     damage: tuple[str, ...]
     measured: MeasuredView | None
+    round_names: tuple[str, ...]
+    replay: Replay | None
+    error_over_time: Markup | None
+    frames_over_time: Markup | None
 
     def shade(self, waypoint: WaypointMetrics) -> str:
         """How dark a cell of the matrix is, 0 at E = 1 mm to 1 at 1 m, by its logarithm."""
@@ -108,8 +115,12 @@ def run_view(anchor: str, run: Run) -> RunView:
     plan = floor_plan(record.directory)
     tracks = Tracks(record)
     tour = tour_figure(record, metrics, plan, tracks)
+    names = tuple(metrics.round_name(start.round) for start in record.rounds())
+    replay = replay_of(record, plan, tracks, names)
+    error_over_time = error_figure(record, tracks, names, run.style.colour)
+    frames_over_time, unread = frames_figure(record, names, run.style.colour)
     failures = failure_views(record, metrics, plan, tracks)
-    damage = list(tracks.damage)
+    damage = [*tracks.damage, *unread]
     try:
         measured = measured_view(record, metrics)
     except RecordError as error:
@@ -131,6 +142,10 @@ def run_view(anchor: str, run: Run) -> RunView:
         failures=failures,
         damage=tuple(damage),
         measured=measured,
+        round_names=names,
+        replay=replay,
+        error_over_time=error_over_time,
+        frames_over_time=frames_over_time,
     )
 
 
@@ -181,8 +196,8 @@ def _curves(runs: Sequence[RunView]) -> tuple[CurvePanel, ...]:
     D = runs[0].manifest.robot_diameter
     enlarged = enlarged_limit(curves, D)
     return (
+        CurvePanel(f"The first {100 * enlarged:g} cm, where they differ", None, curve_figure(curves, enlarged, D)),
         CurvePanel("Up to four robot diameters", None, curve_figure(curves, 4 * D, D)),
-        CurvePanel(f"The first {100 * enlarged:g} cm, enlarged", None, curve_figure(curves, enlarged, D)),
     )
 
 

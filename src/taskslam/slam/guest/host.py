@@ -112,6 +112,7 @@ class MethodHost:
         self._doom: tuple[Outcome, str] | None = None
         self._last_stamp = -1
         self._starting = False
+        self._answered: list[tuple[int, int, int]] = []
         self.compute_s = 0.0
         self.stop_failure = ""
 
@@ -438,6 +439,14 @@ class MethodHost:
                 Outcome.INVALID_OUTPUT, f"its process said what nobody understands: {type(error).__name__}: {error}"
             )
 
+    def answered(self) -> list[tuple[int, int, int]]:
+        """(stamp, compute, latency) in ns of the frames that the method has answered since the last call.
+
+        compute: its CPU time; latency: from the stamp until its estimate is delivered, in simulated time.
+        """
+        answered, self._answered = self._answered, []
+        return answered
+
     def _take_answer(self, header: messages.Header) -> None:
         if not self._unanswered:
             raise messages.WireError("an answer that nobody asked for")
@@ -474,6 +483,8 @@ class MethodHost:
         """Take the oldest outstanding measurement as done; what the method said of it is delivered when it is due."""
         done = self._outstanding.popleft()
         due = self._schedule.settle(done, self._latency.after(took)) if done.due is None else done.due
+        if self._schedule.occupies(done.measurement):
+            self._answered.append((done.measurement.stamp, took, due - done.measurement.stamp))
         if due != NEVER:
             self._awaited.popleft()
             self._ready.extend((due, estimate) for estimate in self._undelivered)

@@ -1,4 +1,3 @@
-"use strict";
 // What a script adds to a page that stands without it: sorted columns, the rounds of a waypoint, and nothing else.
 (() => {
   const root = document.documentElement;
@@ -6,6 +5,7 @@
   const data = JSON.parse(document.getElementById("data").textContent);
   const card = document.getElementById("card");
   const all = (selector, inside = document) => [...inside.querySelectorAll(selector)];
+  const {taskUnits, length, angle} = Units;
   root.classList.add("js");
 
   // An element with attributes and children; text stays text.
@@ -15,21 +15,6 @@
     for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
     element.append(...children);
     return element;
-  };
-
-  // Units: the same digits as units.py.
-  const taskUnits = () => document.getElementById("unit-tu")?.checked ?? false;
-  const taskNumber = (value) => value.toFixed(value < 0.1 ? 4 : value < 1 ? 3 : 2);
-  const length = (metres, scenario) => {
-    if (metres === null) return "–";
-    if (taskUnits()) return `${taskNumber(metres / scenario.diameter)} D`;
-    const cm = metres * 100;
-    return `${cm.toFixed(cm >= 99.95 ? 0 : cm >= 9.995 ? 1 : 2)} cm`;
-  };
-  const angle = (radians, scenario) => {
-    if (radians === null) return "–";
-    const degrees = Math.abs(radians) * 180 / Math.PI;
-    return taskUnits() ? `${taskNumber(degrees / scenario.field)} FoV` : `${degrees.toFixed(2)}°`;
   };
 
   // The filter's boxes hide things by the style sheet; the script only counts them.
@@ -111,7 +96,7 @@
     ]);
     return [
       make("h4", {}, `Waypoint ${goal + 1} · ${run.name}`),
-      make("p", {}, `${waypoint.visits} of ${waypoint.rounds} rounds; E ${length(waypoint.E, scenario)}, e ${length(waypoint.e, scenario)}, Δ ${angle(waypoint.H, scenario)}`),
+      make("p", {}, `${waypoint.unjudged ? "Not judged" : `${waypoint.visits} of ${waypoint.rounds} rounds`}; E ${length(waypoint.E, scenario)}, e ${length(waypoint.e, scenario)}, Δ ${angle(waypoint.H, scenario)}`),
       make("div", {class: "halves"}, plot([run], goal, scenario),
         table(["Round", "from mean", "from goal", "heading off", "SLAM off"], rows)),
     ];
@@ -122,7 +107,7 @@
     const scenario = data.scenarios[key];
     const runs = Object.values(data.runs).filter((run) => run.scenario === key && run.waypoints[goal] && shows(run.method) && shows(run.mode));
     const modes = data.modes.filter((mode) => runs.some((run) => run.mode === mode));
-    const say = ({E, visits, rounds}) => visits === rounds && E !== null ? length(E, scenario) : `${visits}/${rounds}`;
+    const say = ({E, visits, rounds, unjudged}) => unjudged ? "not judged" : visits === rounds && E !== null ? length(E, scenario) : `${visits}/${rounds}`;
     const rows = [...new Set(runs.map((run) => run.label))].map((label) => {
       const own = runs.filter((run) => run.label === label);
       const icon = make("svg", {viewBox: "0 0 16 16", class: "icon", "aria-hidden": "true"}, marker(own[0], 8, 8));
