@@ -32,6 +32,7 @@ EXCUSED = {
     "taskslam.benchmark.engines.luggage": "files that the readers of worlds and maps have just read, as bytes",
     "taskslam.benchmark.engines.slurm": "numbers and specs that our own engine wrote; a spec checks itself",
     "taskslam.benchmark.one_processor": "a name that is compared and shown",
+    "taskslam.report.tables.marked_part": "a page that a person wrote, in which two lines are looked for",
     "taskslam.benchmark.verify": "a spec, which checks itself, and lines of two records, to say where they differ",
     "taskslam.evaluation.run_index": "a copy that polars decodes, in code that is not ours, and that is made again",
     "taskslam.realworld.cameras.calibration_images": "pictures by read_grey, videos by OpenCV",

@@ -1,9 +1,10 @@
+import math
 import re
 
 import pytest
 
 from taskslam.report.markers import Style
-from taskslam.report.page.scatter_figure import Point, scatter_axis, scatter_figure
+from taskslam.report.page.scatter_figure import HEADING, Point, scatter_axis, scatter_figure
 
 DOT = Style("#123456", 0)
 
@@ -46,3 +47,13 @@ def test_a_second_axis_counts_robot_diameters():
 def test_no_method_at_all_leaves_empty_axes_that_say_so():
     assert dots(figure()) == []
     assert "no precision to show" in figure()
+
+
+def test_headings_are_drawn_in_degrees_and_without_diameters():
+    point = Point("a", math.radians(2.0), math.radians(0.5), True, DOT)
+    markup = str(scatter_figure([point], scatter_axis([point], HEADING), None, "test", HEADING))
+    assert "<title>a: Δ 0.50 °, δ 2.00 °</title>" in markup
+    assert "Δ = δ" in markup
+    assert ">5</text>" in markup  # the axis' end above two degrees
+    assert " D<" not in markup
+    assert "cm" not in markup

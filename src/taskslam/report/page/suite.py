@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -11,7 +11,7 @@ from taskslam.evaluation.curves import EXACT_RANGE
 from taskslam.report import words
 from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.page.curve_figure import curve_figure, enlarged_limit
-from taskslam.report.page.scatter_figure import Point, scatter_axis, scatter_figure
+from taskslam.report.page.scatter_figure import HEADING, POSITION, Errors, Point, scatter_axis, scatter_figure
 from taskslam.report.page.views import CurvePanel, ScenarioView, curve_of, success_panels
 from taskslam.report.page.violin_figure import MOST_TICKS, violin_strip
 from taskslam.report.results import Method, MethodResult, Results
@@ -26,6 +26,7 @@ class SuiteView:
     results: Results
     scenarios: tuple[ScenarioView, ...]
     scatters: tuple[CurvePanel, ...]
+    heading_scatters: tuple[CurvePanel, ...]
     curves: tuple[CurvePanel, ...]
     successes: tuple[CurvePanel, ...]
     violin_axis: LogAxis
@@ -71,33 +72,49 @@ def suite_view(results: Results, scenarios: Sequence[ScenarioView]) -> SuiteView
     return SuiteView(
         results=results,
         scenarios=tuple(scenarios),
-        scatters=_scatters(results),
+        scatters=_scatters(results, POSITION, _position),
+        heading_scatters=_scatters(results, HEADING, _heading),
         curves=_curves(results),
         successes=success_panels(results.pooled, results.units.diameter_m, True, _CURVE_SIZE),
         violin_axis=log_axis([value for result in results.pooled for value in result.pooled.precisions_m]),
     )
 
 
-def _scatters(results: Results) -> tuple[CurvePanel, ...]:
-    points = {mode: [point for result in results.in_mode(mode) if (point := _point(result))] for mode in results.modes}
-    axis = scatter_axis([point for panel in points.values() for point in panel])
+def _scatters(
+    results: Results, errors: Errors, point_of: Callable[[MethodResult], Point | None]
+) -> tuple[CurvePanel, ...]:
+    points = {
+        mode: [point for result in results.in_mode(mode) if (point := point_of(result))] for mode in results.modes
+    }
+    if errors is not POSITION and not any(points.values()):
+        return ()
+    axis = scatter_axis([point for panel in points.values() for point in panel], errors)
+    diameter = results.units.diameter_m if errors is POSITION else None
+    what = "Precision against accuracy" if errors is POSITION else "Precision against accuracy of the heading"
     return tuple(
         CurvePanel(
             words.mode(mode).capitalize(),
             mode,
-            scatter_figure(panel, axis, results.units.diameter_m, f"Precision against accuracy, {words.mode(mode)}"),
+            scatter_figure(panel, axis, diameter, f"{what}, {words.mode(mode)}", errors),
         )
         for mode, panel in points.items()
     )
 
 
-def _point(result: MethodResult) -> Point | None:
-    pooled = result.pooled
-    E, e = pooled.position.precision_m, pooled.position.accuracy_m
-    if E is None or e is None:
+def _position(result: MethodResult) -> Point | None:
+    position, between = result.pooled.position, result.pooled.uncertainty
+    if position.precision_m is None or position.accuracy_m is None:
         return None
-    between = pooled.uncertainty
-    return Point(result.label, e, E, result.complete, result.style, between.accuracy_m, between.precision_m)
+    means = position.accuracy_m, position.precision_m
+    return Point(result.label, *means, result.complete, result.style, between.accuracy_m, between.precision_m)
+
+
+def _heading(result: MethodResult) -> Point | None:
+    heading, between = result.pooled.orientation, result.pooled.uncertainty
+    if heading.precision_rad is None or heading.accuracy_rad is None:
+        return None
+    means = heading.accuracy_rad, heading.precision_rad
+    return Point(result.label, *means, result.complete, result.style, between.accuracy_rad, between.precision_rad)
 
 
 def _curves(results: Results) -> tuple[CurvePanel, ...]:
