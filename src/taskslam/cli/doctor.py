@@ -44,6 +44,7 @@ class Finding:
 
 def doctor() -> None:
     """Say what works on this machine, what is missing and how to get it; exit status 3 if the main job cannot run."""
+    from rich.table import Table
     from rich.text import Text
 
     colours = {Health.GOOD: "green", Health.NOTE: "yellow", Health.BAD: "bold red"}
@@ -61,12 +62,15 @@ def doctor() -> None:
     ]
     width = max(len(finding.what) for finding in findings)
     for finding in findings:
-        colour = colours[finding.health]
-        what = (finding.what.ljust(width), "bold")
-        line = Text.assemble((f"{finding.health:<7}", colour), "  ", what, "  ", finding.detail)
-        console.print(line, soft_wrap=True)
+        line = Table.grid(padding=(0, 2))
+        line.add_column(width=7)
+        line.add_column(width=width)
+        line.add_column()
+        health = Text(finding.health, colours[finding.health])
+        line.add_row(health, Text(finding.what, "bold"), Text(finding.detail))
+        console.print(line)
         if finding.remedy:
-            console.print(f"{'':9}{'':{width}}  → {finding.remedy}", soft_wrap=True)
+            console.print(f"{'':9}{'':{width}}  → {finding.remedy}", soft_wrap=True)  # whole: it is copied
     bad = sum(finding.health is Health.BAD for finding in findings)
     console.print(f"\n{bad} in the way of the main job." if bad else "\nThe main job can run here: taskslam demo")
     if bad:
