@@ -143,7 +143,7 @@ def move_base(served, monkeypatch):
 
 def drive(tour, out, where, **protocol):
     keys = [f"protocol.{key}={value}" for key, value in protocol.items()]
-    stage, connection = on_robot(set_stage(load_scenario(tour, keys), [], Observer())), Connection(look=0.5)
+    stage, connection = on_robot(set_stage(load_scenario(tour, keys), [], Observer())), Connection(look=2.5)
     robot, driver = stack_for(stage, 1, lambda: join_graph(1, "/tour", where), connection, Observer())
     spec = stage.spec(stack_name(1, connection), Mode.WITH_MAP)
     directory, complete = run(stage, spec, out, platform=robot, driver=driver)

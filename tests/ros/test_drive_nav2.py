@@ -89,7 +89,7 @@ class SmallNav2:
 
 def drive(stage, out, setup, observer=None, **connection):
     observer, stage = observer or Observer(), on_robot(stage)
-    described = Connection.model_validate({"look": 0.5, "setup": setup, **connection})
+    described = Connection.model_validate({"look": 2.5, "setup": setup, **connection})
     connect = lambda: join_graph(2, "/tour", "", setup)  # noqa: E731
     platform, driver = stack_for(stage, 2, connect, described, observer)
     spec = stage.spec(stack_name(2, described), Mode.WITHOUT_MAP)
@@ -193,7 +193,7 @@ def test_a_signal_cancels_the_goal(joined, setup, peers, tour, tmp_path):
 
 def test_the_bridge_cancels_the_goal_of_a_tour_that_is_killed(joined, setup, peers, tour, tmp_path):
     """The command of the page."""
-    (tmp_path / "my_robot.yaml").write_text(f"setup: {setup}\nlook: 0.5\n")
+    (tmp_path / "my_robot.yaml").write_text(f"setup: {setup}\nlook: 2.5\n")
     (tmp_path / "my_tour.yaml").write_text(tour.read_text())
     (line,) = (line for line in PAGE.read_text().splitlines() if "--drive nav2 --platform" in line)
     words = line.partition("&& taskslam ")[2].split()

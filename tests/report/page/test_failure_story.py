@@ -118,7 +118,9 @@ def test_every_kind_of_failure_says_where_and_why_on_the_page(make_run, tmp_path
     page = write_report([tmp_path / "results"], tmp_path / "r.html").read_text()
     (story,) = re.findall(r'<details class="story".*?</details>', page, re.DOTALL)
     said = " ".join(re.sub(r"<[^>]+>", " ", story).split())
-    assert f"round 3, waypoint 3: {words.outcome(outcome.value)} · SLAM 43.0 cm off" in said
+    assert (
+        f"round 3, waypoint 3: {words.outcome(outcome.value)} · SLAM 43.0 cm 1.43 D off" in said
+    )  # one unit is hidden
     assert "truly at (5.97, 4.00) m, as SLAM has it at (6.40, 4.00) m" in said
     assert "SLAM puts the robot 43.0 cm and 0.00° from where it truly is" in said
     assert "&lt;b&gt;no plan&lt;/b&gt; &amp; so" in said
