@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from taskslam.benchmark.engine import Ending, Engine, Result, Watcher
+from taskslam.benchmark.engine import DRIVEN, Ending, Engine, Result, Watcher
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.benchmark.stage import Stage
 from taskslam.errors import RecordError
@@ -16,8 +16,6 @@ from taskslam.evaluation.choice import Score, score_of
 from taskslam.mode import Mode
 from taskslam.record import load_run
 from taskslam.slam.guest.latency import LatencyModel
-
-_DRIVEN = {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT}
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class Driver:
 
     def _metrics(self, result: Result) -> RunMetrics | None:
         spec = result.spec
-        if result.ending not in _DRIVEN or spec is None:
+        if result.ending not in DRIVEN or spec is None:
             self.refused.append(result)
             return None
         try:

@@ -27,6 +27,10 @@ class Ending(StrEnum):
     FAILED = "infrastructure failed"
 
 
+DRIVEN = frozenset({Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT})
+"""Of runs that are finished."""
+
+
 @dataclass(frozen=True)
 class Result:
     """What became of a run, with a sentence where it was not driven to its end. spec: None if there could be none."""

@@ -307,7 +307,7 @@ def drive_planned(planned: Plan, engine: Engine, out: Path, sealed: bool, quiet:
     """Let an engine drive a plan, name what was not driven, and leave a report; ends with the exit status."""
     from taskslam.benchmark.campaign.notes import Keeping
     from taskslam.benchmark.campaign.state import unfinished
-    from taskslam.benchmark.engine import Ending
+    from taskslam.benchmark.engine import DRIVEN, Ending
     from taskslam.benchmark.sealing import sealed as sealed_with
     from taskslam.cli.progress import suite_progress
 
@@ -328,7 +328,7 @@ def drive_planned(planned: Plan, engine: Engine, out: Path, sealed: bool, quiet:
     if Ending.SUBMITTED in endings:
         count = sum(result.ending is Ending.SUBMITTED for result in results)
         say(f"{count} runs are submitted; see `taskslam campaign status {out}`")
-    elif endings & {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT}:
+    elif endings & DRIVEN:
         _report(out)
     raise typer.Exit(3 if Ending.FAILED in endings else 2 if Ending.REFUSED in endings else 0)
 

@@ -52,6 +52,7 @@ def spread(
 
         taskslam spread office -m orb_slam3 --runs 6 --out orb_spread
     """
+    from taskslam.benchmark.engine import DRIVEN
     from taskslam.benchmark.engines.local import LocalEngine
     from taskslam.benchmark.spread import drive_spread, shares_in, spread_runs
     from taskslam.benchmark.stage import folders_of, set_stage
@@ -72,7 +73,7 @@ def spread(
         raise InputError(f"--runs {runs} --groups {groups}: {error}") from None
     engine = LocalEngine(jobs, (*(world_path or ()), *folders_of(place)))
     with suite_progress(quiet, len({run.place(out) for run in planned})) as watcher:
-        lost = [result for result in drive_spread(planned, engine, out, watcher) if not _driven(result.ending)]
+        lost = [result for result in drive_spread(planned, engine, out, watcher) if result.ending not in DRIVEN]
     for result in lost:
         say(f"{result.title}: {result.ending}: {result.detail}", err=True)
     if lost:
@@ -85,12 +86,6 @@ def spread(
         raise typer.Exit(1) from None
     standard_output().print(_table(shares))
     say(_words(planned, values, out))
-
-
-def _driven(ending: str) -> bool:
-    from taskslam.benchmark.engine import Ending
-
-    return ending in {Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT}
 
 
 def _log_precision(place: Path) -> float:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from taskslam.benchmark.engine import Ending, Engine, Result, Watcher
+from taskslam.benchmark.engine import DRIVEN, Ending, Engine, Result, Watcher
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.errors import InputError, RecordError
 from taskslam.evaluation.metrics_file import RunMetrics
@@ -14,8 +14,6 @@ from taskslam.evaluation.run_metrics import run_metrics
 from taskslam.evaluation.sequential import Decision, decide, log_precisions
 from taskslam.mode import Mode
 from taskslam.record.run_directory import load_run
-
-_DRIVEN = frozenset({Ending.COMPLETE, Ending.INCOMPLETE, Ending.KEPT})
 
 
 class UntilDecided:
@@ -37,7 +35,7 @@ class UntilDecided:
         for seed in sorted({spec.seed for spec in specs}):
             batch = [spec for spec in specs if spec.seed == seed and spec.mode in open_modes]
             for result in self._engine.run(batch, out, watcher):
-                if result.spec is not None and result.ending in _DRIVEN:
+                if result.spec is not None and result.ending in DRIVEN:
                     self._take(result.spec, out, found)
                 yield result
             driven.update(batch)
