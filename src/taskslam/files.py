@@ -56,6 +56,24 @@ def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
     sync_folder(path.parent)
 
 
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Where a library that opens files itself writes one, which stands at `path` once the body has ended well.
+
+    The name ends in the same suffix. Of a failed body nothing is kept, and a file that stands there stays. Raises
+    DiskFullError, RecordError.
+    """
+    temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+    with writing(path):
+        path.absolute().parent.mkdir(parents=True, exist_ok=True)
+    try:
+        yield temporary
+        with writing(path):
+            temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
 def cache_folder() -> Path:
     """Where things are kept that can be made again: `TASKSLAM_CACHE`, or `taskslam` in the user's caches.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from taskslam.errors import DiskFullError, InputError
-from taskslam.files import writing
+from taskslam.files import whole_file
 from taskslam.report.film import Film
 
 _ENCODERS: dict[str, dict[str, Any]] = {
@@ -37,23 +37,17 @@ def write_film(film: Film, out: Path, fps: int, wrote: Callable[[int], None]) ->
     out: its suffix, .mp4 or .gif, says the form. Raises DiskFullError, and InputError as `shipped_encoder`.
     """
     encoder = shipped_encoder()
-    temporary = out.with_name(f".{out.stem}.partial{out.suffix}")
-    with writing(out):
-        out.absolute().parent.mkdir(parents=True, exist_ok=True)
-    try:
+    with whole_file(out) as temporary:
         writer = encoder.write_frames(
             str(temporary), film.size, fps=fps, quality=None, macro_block_size=2, ffmpeg_log_level="error",
             **_ENCODERS[out.suffix],
         )  # fmt: skip
-        with contextlib.closing(writer):
-            writer.send(None)
-            for number, frame in enumerate(film.frames(), start=1):
-                writer.send(frame.tobytes())
-                wrote(number)
-        with writing(out):
-            temporary.replace(out)
-    except OSError as error:  # what ffmpeg said before it closed its pipe
-        last = (str(error).strip().splitlines() or ["it ended early"])[-1]
-        raise DiskFullError(f"{out}: the film could not be written: {last.strip():.200}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        try:
+            with contextlib.closing(writer):
+                writer.send(None)
+                for number, frame in enumerate(film.frames(), start=1):
+                    writer.send(frame.tobytes())
+                    wrote(number)
+        except OSError as error:  # what ffmpeg said before it closed its pipe
+            last = (str(error).strip().splitlines() or ["it ended early"])[-1]
+            raise DiskFullError(f"{out}: the film could not be written: {last.strip():.200}") from error

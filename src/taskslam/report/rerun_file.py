@@ -11,8 +11,8 @@ import numpy as np
 from PIL import Image, ImageColor
 
 from taskslam.errors import InputError, RecordError
-from taskslam.files import writing
-from taskslam.geometry import SE2, FloatArray
+from taskslam.files import whole_file
+from taskslam.geometry import SE2, FloatArray, wrap
 from taskslam.lab.shot import jpeg
 from taskslam.measurements import NANOSECONDS
 from taskslam.record import Arrival, GoalFailed, GoalStarted, MethodNotice, RoundStarted, RunRecord
@@ -45,12 +45,9 @@ def write_recording(record: RunRecord, eye: Eye | None, out: Path, wrote: Callab
     Raises InputError as `shipped_viewer`, or if no round has a true trajectory; DiskFullError.
     """
     rerun = shipped_viewer()
-    temporary = out.with_name(f".{out.stem}.partial{out.suffix}")
     manifest = record.manifest
     stream = rerun.RecordingStream("taskslam", recording_id=f"{manifest.method}-{manifest.mode}-{manifest.seed}")
-    with writing(out):
-        out.absolute().parent.mkdir(parents=True, exist_ok=True)
-    try:
+    with whole_file(out) as temporary:
         stream.save(str(temporary))
         _draw_place(rerun, stream, record)
         for number, start in enumerate(record.rounds()):
@@ -59,10 +56,6 @@ def write_recording(record: RunRecord, eye: Eye | None, out: Path, wrote: Callab
         _tell_journal(rerun, stream, record)
         stream.flush()
         stream.disconnect()
-        with writing(out):
-            temporary.replace(out)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _draw_place(rerun: Any, stream: Any, record: RunRecord) -> None:
@@ -98,9 +91,9 @@ def _draw_round(rerun: Any, stream: Any, record: RunRecord, start: RoundStarted,
             stream.set_time(_CLOCK, duration=start.t / NANOSECONDS)
             stream.log(f"map/{name}_way", way)
     both = np.isfinite(truth + estimate).all(axis=1)
-    off, turn = np.hypot(*(truth - estimate)[both, :2].T), np.degrees(np.abs((truth - estimate)[both, 2]))
-    _draw_curve(rerun, stream, "slam_off/metres", stamps[both], off)
-    _draw_curve(rerun, stream, "slam_off/degrees", stamps[both], np.minimum(turn, 360 - turn))
+    off = (truth - estimate)[both]
+    _draw_curve(rerun, stream, "slam_off/metres", stamps[both], np.hypot(*off[:, :2].T))
+    _draw_curve(rerun, stream, "slam_off/degrees", stamps[both], np.degrees(np.abs(wrap(off[:, 2]))))
     try:
         frames = record.frame_times(start.round)
     except RecordError:
