@@ -9,8 +9,11 @@ import json
 import re
 import shutil
 import subprocess
+import threading
 
 import pytest
+
+from taskslam.report.loopback import LoopbackServer
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium: apt install chromium")
@@ -48,12 +51,37 @@ def chromium(url, *options):
     return done.stdout, [line for line in done.stderr.splitlines() if ":CONSOLE" in line]
 
 
+def without_policy(text):
+    """A page whose policy, which forbids scripts of ours, is off."""
+    return re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text)
+
+
+def served(page, acts, *options):
+    """What a page becomes that is served with these acts, and what its console says."""
+    with LoopbackServer(page, acts) as serving:
+        thread = threading.Thread(target=serving.serve_forever)
+        thread.start()
+        try:
+            return chromium(serving.url, "--dump-dom", *options)
+        finally:
+            serving.shutdown()
+            thread.join()
+
+
+def told_when_served(page, acts):
+    """What a page, served with these acts, leaves in its element `told`: JSON."""
+    dom, console = served(page, acts, "--virtual-time-budget=20000")
+    found = re.search(r'<pre id="told">(.+?)</pre>', dom, re.DOTALL)
+    assert found, f"the page did not finish; console: {console}"
+    return json.loads(html.unescape(found.group(1)))
+
+
 def act(page, size, script, *options):
     """What `script` returns in the page, which may await something; no error may have been noted.
 
     The page's policy, which forbids the script, is off.
     """
-    text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text(encoding="utf-8"))
+    text = without_policy(page.read_text(encoding="utf-8"))
     text = text.replace("<head>", f"<head>{WATCH}", 1).replace("</body>", f"{ACT % script}</body>")
     page.with_name("acted.html").write_text(text, encoding="utf-8")
     frame = page.with_name("frame.html")

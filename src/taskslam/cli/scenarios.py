@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say, standard_output
+from taskslam.cli.served_page import serve_page
 
 if TYPE_CHECKING:
     from taskslam.benchmark.survey import Leg, Survey
@@ -96,26 +97,14 @@ def edit(
 
     Example: `taskslam scenarios edit house --out my_tour.yaml`
     """
-    import webbrowser
-
     from taskslam.errors import InputError
-    from taskslam.report.loopback import LoopbackServer
     from taskslam.report.page.editor import Editor
 
     target = out or Path(reference)
     if target.suffix not in (".yaml", ".yml"):
         raise InputError(f"'{target}' is no file to save into; expected --out FILE.yaml")
     scenario, plan, robot = _loaded(reference, world_path, set_)
-    editor = Editor(scenario, plan, robot, target)
-    try:
-        server = LoopbackServer(editor.page, editor.acts, port)
-    except OSError as error:
-        raise InputError(f"--port {port}: {error.strerror}; expected a free one, or 0") from error
-    with server:
-        say(f"{server.url}  (Ctrl-C ends it; what is saved is in {target})")
-        if browser:
-            webbrowser.open(server.url)
-        server.serve_forever()
+    serve_page(Editor(scenario, plan, robot, target), port, browser, f"; what is saved is in {target}")
 
 
 @app.command()

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from taskslam.cli.console import say, standard_output
+from taskslam.cli.console import standard_output
+from taskslam.cli.served_page import serve_page
 
 if TYPE_CHECKING:
     from rich.console import Group, RenderableType
@@ -43,20 +43,9 @@ def watch(
     if terminal:
         _on_terminal(watched)
         return
-    from taskslam.errors import InputError
-    from taskslam.report.loopback import LoopbackServer
     from taskslam.report.page.watch_page import WatchPage
 
-    page = WatchPage(watched)
-    try:
-        server = LoopbackServer(page.page, page.acts, port)
-    except OSError as error:
-        raise InputError(f"--port {port}: {error.strerror}; expected a free one, or 0") from error
-    with server:
-        say(f"{server.url}  (Ctrl-C ends it, and not the runs)")
-        if browser:
-            webbrowser.open(server.url)
-        server.serve_forever()
+    serve_page(WatchPage(watched), port, browser, ", and not the runs")
 
 
 def _on_terminal(watched: Watched) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import html
 import http.client
 import json
-import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from browser import ACT, WATCH, chromium, needs_chromium
+from browser import ACT, WATCH, chromium, needs_chromium, told_when_served, without_policy
 from taskslam.geometry import SE2
 from taskslam.report.loopback import LoopbackServer
 from taskslam.report.page.editor import Editor
@@ -147,19 +145,12 @@ def test_a_person_edits_a_tour_and_saves_it(editor: Editor, file: Path) -> None:
       document.body.append(told);
     })();
     return null;"""
-    page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", editor.page())
-    page = page.replace("<head>", f"<head>{WATCH}", 1).replace("</body>", f"{ACT % script}</body>")
-    with LoopbackServer(lambda: page, editor.acts) as serving:
-        thread = threading.Thread(target=serving.serve_forever)
-        thread.start()
-        try:
-            dom, console = chromium(serving.url, "--dump-dom", "--virtual-time-budget=20000")
-        finally:
-            serving.shutdown()
-            thread.join()
-    found = re.search(r'<pre id="told">(.+?)</pre>', dom, re.DOTALL)
-    assert found, f"the page did not finish; console: {console}"
-    first, wrong, said, missed, noted = json.loads(html.unescape(found.group(1)))
+    page = (
+        without_policy(editor.page())
+        .replace("<head>", f"<head>{WATCH}", 1)
+        .replace("</body>", f"{ACT % script}</body>")
+    )
+    first, wrong, said, missed, noted = told_when_served(lambda: page, editor.acts)
     assert noted == []
     assert first.startswith("Every goal can be reached: ")
     assert wrong[0] == "This tour cannot be driven as it is."

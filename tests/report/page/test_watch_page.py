@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import html
 import json
-import re
-import threading
 from typing import Any
 
 import pytest
 
-from browser import DESKTOP, PHONE, WATCH, chromium, needs_chromium
+from browser import DESKTOP, PHONE, WATCH, needs_chromium, served, told_when_served, without_policy
 from taskslam.benchmark.campaign.watching import Watched
 from taskslam.errors import RecordError
-from taskslam.report.loopback import LoopbackServer
 from taskslam.report.page.watch_page import WatchPage
 from watched import write_watched
 
@@ -69,20 +66,9 @@ FRAME = """<!doctype html><pre id="told"></pre>
 
 def asked(page: WatchPage, size: tuple[int, int], script: str) -> Any:
     """What a script tells that runs in the page as it is served, in a frame of some size; no error was noted."""
-    text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.page())
-    text = text.replace("<head>", f"<head>{WATCH}", 1).replace("</body>", ACTING % script)
+    text = without_policy(page.page()).replace("<head>", f"<head>{WATCH}", 1).replace("</body>", ACTING % script)
     frame = FRAME % (html.escape(text), *size)
-    with LoopbackServer(lambda: frame, page.acts) as serving:
-        thread = threading.Thread(target=serving.serve_forever)
-        thread.start()
-        try:
-            dom, console = chromium(serving.url, "--dump-dom", "--virtual-time-budget=20000")
-        finally:
-            serving.shutdown()
-            thread.join()
-    found = re.search(r'<pre id="told">(.+?)</pre>', dom, re.DOTALL)
-    assert found, f"the page did not finish; console: {console}"
-    report = json.loads(html.unescape(found.group(1)))
+    report = told_when_served(lambda: frame, page.acts)
     assert report["noted"] == []
     return report["told"]
 
@@ -117,14 +103,7 @@ def test_a_person_sees_the_robot_and_chooses_another_run(page: WatchPage, size: 
 
 @needs_chromium
 def test_the_page_opens_under_its_own_policy(page: WatchPage) -> None:
-    with LoopbackServer(page.page, page.acts) as serving:
-        thread = threading.Thread(target=serving.serve_forever)
-        thread.start()
-        try:
-            dom, console = chromium(serving.url, "--dump-dom")
-        finally:
-            serving.shutdown()
-            thread.join()
+    dom, console = served(page.page, page.acts)
     assert console == []
     assert "data-looks=" in dom
     assert dom.count("&lt;b&gt;out") >= 2
