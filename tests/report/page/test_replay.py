@@ -120,7 +120,7 @@ _SEEN = """
   const press = (key, more = {}) => document.activeElement.dispatchEvent(
     new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true, ...more}));
   const until = async (holds) => {
-    for (let tries = 0; tries < 200 && !holds(); tries++) await new Promise((go) => setTimeout(go, 5));
+    for (let tries = 0; tries < 3000 && !holds(); tries++) await new Promise((go) => setTimeout(go, 5));
   };
   const painted = () => {
     const canvas = at("canvas");
@@ -166,8 +166,8 @@ def test_the_keyboard_reaches_every_moment(page):
 
 
 @needs_chromium
-def test_space_plays_and_pauses_and_the_robot_is_drawn_with_its_scan(page):
-    bare, scanned, playing, paused, ended, end = act(
+def test_space_plays_to_the_end_and_the_robot_is_drawn_with_its_scan(page):
+    bare, scanned, playing, ended, end = act(
         page,
         PHONE,
         _SEEN
@@ -177,17 +177,16 @@ def test_space_plays_and_pauses_and_the_robot_is_drawn_with_its_scan(page):
         at(".scan").checked = true;
         await until(() => { press("ArrowRight"); press("ArrowLeft"); return painted() > bare; });
         const scanned = painted();
+        requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 16);  // virtual time has no frames
         at(".speed").value = "16";
         press(" ");
         const playing = at(".play").textContent;
-        press(" ");
-        const paused = at(".play").textContent;
-        press("End");
-        return [bare, scanned, playing, paused, Number(at(".time").value), Number(at(".time").max)];""",
+        await until(() => at(".play").textContent === "Play");
+        return [bare, scanned, playing, Number(at(".time").value), Number(at(".time").max)];""",
     )
     assert bare > 50
     assert scanned > bare
-    assert (playing, paused) == ("Pause", "Play")
+    assert playing == "Pause"
     assert ended == end > 8
 
 
