@@ -80,9 +80,7 @@ class GoalFailed:
 
     def words(self, primed: bool) -> str:
         """A sentence for people, who count rounds and waypoints from 1. primed: whether the first round is priming."""
-        number = self.round if primed else self.round + 1
-        where = f"round {number}" if number else "priming round"
-        return f"{where}, waypoint {self.goal + 1}: {self.outcome}: {self.detail}"
+        return f"{round_in_words(self.round, primed)}, waypoint {self.goal + 1}: {self.outcome}: {self.detail}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +132,12 @@ EVENT_TYPES: dict[str, type[Event]] = {
     cls.kind: cls
     for cls in (RoundStarted, GoalStarted, Arrival, GoalFailed, GoalSkipped, RoundEnded, MethodNotice, RunEnded)
 }
+
+
+def round_in_words(number: int, primed: bool) -> str:
+    """A round of the journal as people count: `priming round`, or from 1. primed: whether the first one is priming."""
+    counted = number if primed else number + 1
+    return f"round {counted}" if counted else "priming round"
 
 
 def encode_event(event: Event) -> str:

@@ -24,10 +24,22 @@ from taskslam.record.digests import changed_files
 from taskslam.record.manifest import MANIFEST_FILE, Manifest
 from taskslam.record.run_lock import RunLock
 
+_PARTIAL = ".partial"
+
 
 def partial_folder(directory: Path) -> Path:
     """Where a run lives until it is finished."""
-    return directory.with_name(f".{directory.name}.partial")
+    return directory.with_name(f".{directory.name}{_PARTIAL}")
+
+
+def is_partial(folder: Path) -> bool:
+    """Whether it is such a place."""
+    return folder.name.startswith(".") and folder.name.endswith(_PARTIAL)
+
+
+def finished_place(partial: Path) -> Path:
+    """Where the run of such a place will stand."""
+    return partial.with_name(partial.name.removeprefix(".").removesuffix(_PARTIAL))
 
 
 @contextlib.contextmanager

@@ -46,7 +46,7 @@ from taskslam.record.frame_times import FRAMES, NO_FRAMES, FrameTimes, read_fram
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import MANIFEST_FILE, RUN_FORMAT, Manifest
 from taskslam.record.newest import NEWEST, Newest, few, with_way, write_newest
-from taskslam.record.place import is_plain, is_taken, move_into_place, partial_folder, settle_locked
+from taskslam.record.place import is_partial, is_plain, is_taken, move_into_place, partial_folder, settle_locked
 from taskslam.record.resumption import TALLY, Resumption, Tally, add_tally, read_resumption
 from taskslam.record.run_lock import RunLock
 from taskslam.record.salvage import salvage
@@ -401,7 +401,7 @@ def _trajectory(rows: list[tuple[int, SE2 | FloatArray]]) -> Trajectory | Spatia
 def _walk(directory: Path) -> list[tuple[Path, bool]]:
     found = []
     for folder, subfolders, files in os.walk(directory):
-        hidden = Path(folder).name.startswith(".") and Path(folder).name.endswith(".partial")
+        hidden = is_partial(Path(folder))
         if JOURNAL in files or (MANIFEST in files and not hidden):
             found.append((Path(folder), MANIFEST in files and not hidden))
             subfolders.clear()

@@ -13,7 +13,7 @@ from taskslam.benchmark.campaign.notes import Note, notes
 from taskslam.benchmark.campaign.plan_file import campaign_folder
 from taskslam.benchmark.spec import RunSpec, run_folder
 from taskslam.record.newest import NEWEST
-from taskslam.record.place import partial_folder
+from taskslam.record.place import is_partial, partial_folder
 from taskslam.record.run_directory import JOURNAL, MANIFEST, find_runs
 
 _SILENT_S = 120.0  # a run that has said nothing for so long is taken for interrupted
@@ -65,7 +65,7 @@ def leftovers(specs: Sequence[RunSpec], out: Path) -> list[Path]:
             if name.startswith("."):
                 subfolders.remove(name)
                 place = Path(folder) / name
-                if name.endswith(".partial") and place not in open_places:
+                if is_partial(place) and place not in open_places:
                     found.append(place)
     return sorted(found)
 

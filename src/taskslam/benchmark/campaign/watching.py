@@ -29,11 +29,11 @@ from taskslam.geometry import SE2
 from taskslam.mode import Mode
 from taskslam.reading import LARGEST_JOURNAL, LARGEST_MANIFEST, read_bytes
 from taskslam.record.compression import plain_or_compressed
-from taskslam.record.events import Event, GoalStarted, RoundStarted
+from taskslam.record.events import Event, GoalStarted, RoundStarted, round_in_words
 from taskslam.record.journal import read_lines
 from taskslam.record.manifest import Manifest
 from taskslam.record.newest import Newest, few, newest_state, read_newest, with_way
-from taskslam.record.place import partial_folder
+from taskslam.record.place import finished_place, partial_folder
 from taskslam.record.run_directory import (
     JOURNAL,
     MANIFEST,
@@ -143,9 +143,9 @@ class Closer:
 
     def round_in_words(self, number: int) -> str:
         """A round as a person counts."""
-        if self.seen.mode is Mode.WITH_MAP:
-            return f"round {number} of {self.rounds - 1}" if number else "priming round"
-        return f"round {number + 1} of {self.rounds}"
+        primed = self.seen.mode is Mode.WITH_MAP
+        name = round_in_words(number, primed)
+        return name if primed and number == 0 else f"{name} of {self.rounds - primed}"
 
 
 class Watched:
@@ -203,7 +203,7 @@ class Watched:
         """Where runs stand or will, sorted: below the folder, or at it."""
         begun = find_partial_runs(self.folder)
         begun += [partial_folder(self.folder)] if (partial_folder(self.folder) / JOURNAL).exists() else []
-        places = {_place_of(folder) for folder in begun} | set(find_runs(self.folder))
+        places = {finished_place(folder) for folder in begun} | set(find_runs(self.folder))
         return iter(sorted(places))
 
     def _found(self, place: Path) -> Seen | None:
@@ -310,11 +310,6 @@ class _Priced:
 def _waiting(folder: Path, spec: RunSpec) -> Seen:
     """A run as if it had not begun."""
     return Seen(folder, spec.task.name, spec.way, spec.mode, spec.seed, State.WAITING, 0.0, spec)
-
-
-def _place_of(partial: Path) -> Path:
-    """Where the run of a hidden folder will stand."""
-    return partial.with_name(partial.name.removeprefix(".").removesuffix(".partial"))
 
 
 def _tour(spec: RunSpec | None) -> tuple[SE2 | None, tuple[SE2, ...], int]:
