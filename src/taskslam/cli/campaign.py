@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say, standard_output
+from taskslam.cli.options import WorldPaths
 from taskslam.stopping import StoppedError
 
 if TYPE_CHECKING:
@@ -40,9 +41,6 @@ class EngineChoice(StrEnum):
 File = Annotated[str, typer.Argument(help="A campaign (paper), a YAML file, or the folder of one that was begun.")]
 Out = Annotated[Path | None, typer.Option(help="Folder of the runs; default: the campaign's name.")]
 Worlds = Annotated[str, typer.Option(help="Comma-separated sets of its scenarios, as builtin,aws; default: all.")]
-WorldPath = Annotated[
-    list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
-]
 EngineOption = Annotated[EngineChoice, typer.Option(help="Where runs are driven.")]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, help="Cores that the local engine may use; default: all.")
@@ -64,7 +62,7 @@ def plan_(
     file: File,
     out: Out = None,
     worlds: Worlds = "",
-    world_path: WorldPath = None,
+    world_path: WorldPaths = None,
     detect: Annotated[
         str, typer.Option(help="Say how many rounds and seeds find such a difference of E between methods: 20%.")
     ] = "",
@@ -101,7 +99,7 @@ def run(
     file: File,
     out: Out = None,
     worlds: Worlds = "",
-    world_path: WorldPath = None,
+    world_path: WorldPaths = None,
     engine: EngineOption = EngineChoice.LOCAL,
     jobs: Jobs = None,
     sbatch: Submit = None,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say, standard_output
+from taskslam.cli.options import WorldPaths
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
@@ -40,9 +41,7 @@ def choose(
     budget: Annotated[str, typer.Option(help="Time of one core for all of it: 2h is an hour on two cores.")] = "2h",
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Cores to use.")] = 1,
     out: Annotated[Path, typer.Option(help="Folder for run directories.")] = Path("choice"),
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPaths = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Name the method that brings a robot back within a tolerance most often, with its probability and its price.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say
-from taskslam.cli.options import parse_options
+from taskslam.cli.options import WorldPath, parse_options
 
 if TYPE_CHECKING:
     from taskslam.measurements import Sensor
@@ -37,9 +37,7 @@ def export(
     seconds: Annotated[float | None, typer.Option(min=0.1, help="Stop after so many simulated seconds.")] = None,
     robot: Annotated[str | None, typer.Option(help="A robot preset or YAML file; default: the scenario's.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every random source.")] = 0,
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPath = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Override a scenario key: protocol.pause=2; may be repeated.")
     ] = None,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from taskslam.cli.console import say
+from taskslam.cli.options import WorldPath
 
 
 def film(
@@ -17,9 +18,7 @@ def film(
     speed: Annotated[float, typer.Option(min=0.1, max=1000, help="Of the film, times the robot's own.")] = 8.0,
     height: Annotated[int, typer.Option(min=64, max=2160, help="Of the film's pictures, pixels.")] = 480,
     fps: Annotated[int, typer.Option(min=1, max=60, help="Frames a second of the film.")] = 30,
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPath = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Film a tour: the world from above with robot and estimate, beside what the robot's stereo camera sees.

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from taskslam.cli.console import say
+from taskslam.cli.options import WorldPath
 
 
 def lab(
@@ -16,9 +17,7 @@ def lab(
         str, typer.Argument(metavar="LAB", help="A shipped lab (tsrb_short_cameras, ...) or a YAML file.")
     ],
     out: Annotated[Path, typer.Option(help="New folder for pictures, logs, calibrations and setup files.")],
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPath = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Photograph a simulated run in the virtual lab: cameras overhead, or tags on the ceiling.

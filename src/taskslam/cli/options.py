@@ -1,6 +1,18 @@
-"""Options of a method as the command line takes them."""
+"""Options as the command line takes them: those that several commands have, and those of a method."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+WorldPath: TypeAlias = Annotated[
+    list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
+]
+WorldPaths: TypeAlias = Annotated[
+    list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
+]
 
 
 def parse_options(pairs: list[str]) -> dict[str, object]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from taskslam.cli.console import say
-from taskslam.cli.options import parse_options
+from taskslam.cli.options import WorldPath, parse_options
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
@@ -67,9 +67,7 @@ def run(
     latency: Annotated[LatencyChoice, typer.Option(help="Of the method's estimates.")] = LatencyChoice.FIXED,
     cpu_scale: Annotated[float, typer.Option(help="Times slower than this machine, for measured latency.")] = 1.0,
     out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("results"),
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPath = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Override a scenario key: protocol.pause=2; may be repeated.")
     ] = None,

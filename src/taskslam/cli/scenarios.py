@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say, standard_output
+from taskslam.cli.options import WorldPath
 from taskslam.cli.served_page import serve_page
 
 if TYPE_CHECKING:
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
 app = typer.Typer(help="Tours: a place, a robot, a start and goals.", no_args_is_help=True)
 
 _Reference = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A name from `list`, or a YAML file.")]
-_WorldPath = Annotated[
-    list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
-]
 _Set = Annotated[
     list[str] | None, typer.Option("--set", help="Override a scenario key: robot=my.yaml; may be repeated.")
 ]
@@ -49,7 +47,7 @@ def list_scenarios() -> None:
 
 
 @app.command()
-def show(reference: _Reference, world_path: _WorldPath = None, set_: _Set = None) -> None:
+def show(reference: _Reference, world_path: WorldPath = None, set_: _Set = None) -> None:
     """Show a tour: every goal, the way to it, how clear of obstacles it is, and what is wrong.
 
     Exit status 1 if something is.
@@ -65,7 +63,7 @@ def show(reference: _Reference, world_path: _WorldPath = None, set_: _Set = None
 def preview(
     reference: _Reference,
     out: Annotated[Path, typer.Option(help="The page.")] = Path("preview.html"),
-    world_path: _WorldPath = None,
+    world_path: WorldPath = None,
     set_: _Set = None,
 ) -> None:
     """Draw a tour before it is driven: floor plan, goals with their headings, planned ways, clearances, what is wrong.
@@ -90,7 +88,7 @@ def edit(
     out: Annotated[Path | None, typer.Option(help="File to save into; default: FILE itself.")] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; 0 for any that is free.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in your browser.")] = True,
-    world_path: _WorldPath = None,
+    world_path: WorldPath = None,
     set_: _Set = None,
 ) -> None:
     """Edit a tour on its floor plan in the browser: click, drag, turn, save. The page is served to this machine alone.
@@ -113,7 +111,7 @@ def propose(
     goals: Annotated[int, typer.Option(min=1, max=200, help="How many.")] = 12,
     clearance: Annotated[float, typer.Option(min=0.0, max=100.0, help="From every obstacle, m.")] = 0.5,
     out: Annotated[Path | None, typer.Option(help="File to write; without it, the YAML is printed.")] = None,
-    world_path: _WorldPath = None,
+    world_path: WorldPath = None,
     set_: _Set = None,
 ) -> None:
     """Propose goals for the place of a scenario: reachable, far from one another, clear of obstacles, in a short tour.

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from taskslam.cli.console import say
+from taskslam.cli.options import WorldPath
 
 
 class RosChoice(StrEnum):
@@ -45,9 +46,7 @@ def serve(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every random source.")] = 0,
     robot: Annotated[str | None, typer.Option(help="A robot preset or YAML file; default: the scenario's.")] = None,
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copy of the world lies; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPath = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Override a scenario key: start.x=2; may be repeated.")
     ] = None,

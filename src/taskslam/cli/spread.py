@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from taskslam.cli.console import say, standard_output
+from taskslam.cli.options import WorldPaths
 from taskslam.mode import Mode
 
 if TYPE_CHECKING:
@@ -34,9 +35,7 @@ def spread(
     robot: Annotated[str, typer.Option(help="A shipped robot or a YAML file; default: the scenario's.")] = "",
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Cores to use.")] = 1,
     out: Annotated[Path, typer.Option(help="Folder for run directories.")] = Path("spread"),
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPaths = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Hold the sensors' noise and the method's own seed fixed in turn, drive the same again, and share out the spread.

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from taskslam.cli.options import WorldPaths
 from taskslam.mode import Mode
 
 
@@ -31,9 +32,7 @@ def suite(
     ] = False,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Runs at a time, one process each.")] = 1,
     out: Annotated[Path, typer.Option(help="Folder for run directories and report.")] = Path("suite"),
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPaths = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Drive scenarios x methods x modes and compare them on one page. Start it again after a stop: it goes on.

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from taskslam.cli.console import say
+from taskslam.cli.options import WorldPaths
 
 
 def verify(
@@ -16,9 +17,7 @@ def verify(
     where: Annotated[str, typer.Option(help="Of which this is true, as for `taskslam runs`.")] = "",
     sample: Annotated[int, typer.Option(min=1, help="Of several runs, so many are drawn.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="By which they are drawn.")] = 0,
-    world_path: Annotated[
-        list[Path] | None, typer.Option(help="Where your copies of the worlds lie; or TASKSLAM_WORLD_PATH.")
-    ] = None,
+    world_path: WorldPaths = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Drive a sample of finished runs again, and compare what they leave with what stands there.
