@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from taskslam.geometry import FloatArray
 
 CENTIMETRE = 0.01  # m
-FLOOR = 1e-4  # m or rad; smaller errors are drawn here
+FLOOR = 1e-4  # m, rad or ms; smaller errors are drawn here
 _ROUND = (1.0, 2.0, 5.0)
 
 
 @dataclass(frozen=True)
 class LogAxis:
-    """From low to high, both in metres, or both in radians."""
+    """From low to high, both in metres, or both in radians or milliseconds."""
 
     low: float
     high: float
@@ -40,7 +40,7 @@ class LogAxis:
 def log_axis(values: Iterable[float] | FloatArray, unit: float = CENTIMETRE) -> LogAxis:
     """The axis between round numbers of units that holds all values and spans at least a power of ten.
 
-    values, unit: in metres, or both in radians.
+    values, unit: in metres, or both in what they are measured in.
     """
     held = [max(float(value), FLOOR) for value in values]
     if not held:

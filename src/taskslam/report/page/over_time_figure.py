@@ -13,7 +13,7 @@ from taskslam.geometry import FloatArray
 from taskslam.measurements import NANOSECONDS
 from taskslam.record import RunRecord
 from taskslam.report import palette
-from taskslam.report.log_axis import log_axis
+from taskslam.report.log_axis import CENTIMETRE, log_axis
 from taskslam.report.poses_over_time import poses_at
 from taskslam.report.svg import Svg
 from taskslam.report.tracks import Tracks
@@ -23,7 +23,6 @@ _LEFT, _TOP, _RIGHT, _BOTTOM = 54.0, 14.0, 58.0, 44.0
 _SAMPLES = 260  # of a round
 _LOWEST = 1e-3  # of the largest value: what is smaller is drawn here
 _STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600, 36000)  # s between two ticks
-_MILLISECONDS = 0.01  # of a log axis, whose unit is a hundredth
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ def error_figure(record: RunRecord, tracks: Tracks, names: tuple[str, ...], colo
             off = poses_at(truth, stamps)[:, :2] - poses_at(estimate, stamps)[:, :2]
             lines.append(_Line(name, start.priming, (stamps - start.t) / NANOSECONDS, np.hypot(*off.T)))
     diameter = record.manifest.robot_diameter
-    return _figure(lines, "SLAM off by, cm", 0.01, colour, diameter)
+    return _figure(lines, "SLAM off by, cm", CENTIMETRE, colour, diameter)
 
 
 def frames_figure(record: RunRecord, names: tuple[str, ...], colour: str) -> tuple[Markup | None, list[str]]:
@@ -67,9 +66,9 @@ def frames_figure(record: RunRecord, names: tuple[str, ...], colour: str) -> tup
         if len(times):
             parts = np.array_split(np.arange(len(times)), min(_SAMPLES, len(times)))
             at = np.array([(times.stamps[part[-1]] - start.t) / NANOSECONDS for part in parts])
-            longest = np.array([times.compute_s[part].max() for part in parts]) * 1000 * _MILLISECONDS
+            longest = np.array([times.compute_s[part].max() for part in parts]) * 1000
             lines.append(_Line(name, start.priming, at, longest))
-    return _figure(lines, "compute time of a frame, ms", _MILLISECONDS, colour, None), damage
+    return _figure(lines, "compute time of a frame, ms", 1.0, colour, None), damage
 
 
 def _figure(lines: list[_Line], label: str, unit: float, colour: str, diameter: float | None) -> Markup | None:
@@ -79,7 +78,7 @@ def _figure(lines: list[_Line], label: str, unit: float, colour: str, diameter: 
     if not len(every) or float(every.max()) <= 0:
         return None
     lowest = _LOWEST * float(every.max())
-    axis = log_axis(np.maximum([every.min(), every.max()], lowest))
+    axis = log_axis(np.maximum([every.min(), every.max()], lowest), unit)
     longest = max(float(line.times[-1]) for line in lines)
     right, bottom = _WIDTH - _RIGHT, _HEIGHT - _BOTTOM
     svg = Svg(_WIDTH, _HEIGHT, f"{label}, over the time of {len(lines)} rounds")

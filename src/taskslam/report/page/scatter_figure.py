@@ -24,16 +24,17 @@ _LEFT, _TOP, _RIGHT, _BOTTOM = 50.0, 30.0, 50.0, 44.0
 
 @dataclass(frozen=True)
 class Errors:
-    """What a scatter is of. unit: what its numbers count, in metres or radians, and its sign."""
+    """What a scatter is of, in words. unit: what its numbers count, in metres or radians, and its sign."""
 
+    of: str
     unit: float
     sign: str
     precision: str
     accuracy: str
 
 
-POSITION = Errors(CENTIMETRE, "cm", "E", "e")
-HEADING = Errors(math.radians(1.0), "°", "Δ", "δ")
+POSITION = Errors("Precision against accuracy", CENTIMETRE, "cm", "E", "e")
+HEADING = Errors("Precision against accuracy of the heading", math.radians(1.0), "°", "Δ", "δ")
 
 
 @dataclass(frozen=True)

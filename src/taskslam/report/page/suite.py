@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from markupsafe import Markup
 
 from taskslam.evaluation.curves import EXACT_RANGE
+from taskslam.evaluation.metrics_file import Interval
 from taskslam.report import words
 from taskslam.report.log_axis import LogAxis, log_axis
 from taskslam.report.page.curve_figure import curve_figure, enlarged_limit
@@ -15,6 +17,9 @@ from taskslam.report.page.scatter_figure import HEADING, POSITION, Errors, Point
 from taskslam.report.page.views import CurvePanel, ScenarioView, curve_of, success_panels
 from taskslam.report.page.violin_figure import MOST_TICKS, violin_strip
 from taskslam.report.results import Method, MethodResult, Results
+
+_Means: TypeAlias = tuple[float | None, float | None, Interval | None, Interval | None]
+"""Accuracy and precision of a method, and their intervals, in metres or radians."""
 
 _CURVE_SIZE = (380.0, 290.0)  # smaller than a scenario's: three columns stand beside one another
 
@@ -69,11 +74,12 @@ def is_suite(results: Results) -> bool:
 
 def suite_view(results: Results, scenarios: Sequence[ScenarioView]) -> SuiteView:
     """Draw the overview of all methods."""
+    knows_headings = any(None not in _heading(result)[:2] for result in results.pooled)
     return SuiteView(
         results=results,
         scenarios=tuple(scenarios),
-        scatters=_scatters(results, POSITION, _position),
-        heading_scatters=_scatters(results, HEADING, _heading),
+        scatters=_scatters(results, POSITION, results.units.diameter_m, _position),
+        heading_scatters=_scatters(results, HEADING, None, _heading) if knows_headings else (),
         curves=_curves(results),
         successes=success_panels(results.pooled, results.units.diameter_m, True, _CURVE_SIZE),
         violin_axis=log_axis([value for result in results.pooled for value in result.pooled.precisions_m]),
@@ -81,40 +87,45 @@ def suite_view(results: Results, scenarios: Sequence[ScenarioView]) -> SuiteView
 
 
 def _scatters(
-    results: Results, errors: Errors, point_of: Callable[[MethodResult], Point | None]
+    results: Results, errors: Errors, diameter_m: float | None, means: Callable[[MethodResult], _Means]
 ) -> tuple[CurvePanel, ...]:
+    """A panel for each mode, on one axis. diameter_m: of the second axes, None without."""
     points = {
-        mode: [point for result in results.in_mode(mode) if (point := point_of(result))] for mode in results.modes
+        mode: [point for result in results.in_mode(mode) if (point := _point(result, *means(result)))]
+        for mode in results.modes
     }
-    if errors is not POSITION and not any(points.values()):
-        return ()
     axis = scatter_axis([point for panel in points.values() for point in panel], errors)
-    diameter = results.units.diameter_m if errors is POSITION else None
-    what = "Precision against accuracy" if errors is POSITION else "Precision against accuracy of the heading"
     return tuple(
         CurvePanel(
             words.mode(mode).capitalize(),
             mode,
-            scatter_figure(panel, axis, diameter, f"{what}, {words.mode(mode)}", errors),
+            scatter_figure(panel, axis, diameter_m, f"{errors.of}, {words.mode(mode)}", errors),
         )
         for mode, panel in points.items()
     )
 
 
-def _position(result: MethodResult) -> Point | None:
-    position, between = result.pooled.position, result.pooled.uncertainty
-    if position.precision_m is None or position.accuracy_m is None:
-        return None
-    means = position.accuracy_m, position.precision_m
-    return Point(result.label, *means, result.complete, result.style, between.accuracy_m, between.precision_m)
+def _position(result: MethodResult) -> _Means:
+    found, between = result.pooled.position, result.pooled.uncertainty
+    return found.accuracy_m, found.precision_m, between.accuracy_m, between.precision_m
 
 
-def _heading(result: MethodResult) -> Point | None:
-    heading, between = result.pooled.orientation, result.pooled.uncertainty
-    if heading.precision_rad is None or heading.accuracy_rad is None:
+def _heading(result: MethodResult) -> _Means:
+    found, between = result.pooled.orientation, result.pooled.uncertainty
+    return found.accuracy_rad, found.precision_rad, between.accuracy_rad, between.precision_rad
+
+
+def _point(
+    result: MethodResult,
+    accuracy: float | None,
+    precision: float | None,
+    accuracy_interval: Interval | None,
+    precision_interval: Interval | None,
+) -> Point | None:
+    if accuracy is None or precision is None:
         return None
-    means = heading.accuracy_rad, heading.precision_rad
-    return Point(result.label, *means, result.complete, result.style, between.accuracy_rad, between.precision_rad)
+    between = accuracy_interval, precision_interval
+    return Point(result.label, accuracy, precision, result.complete, result.style, *between)
 
 
 def _curves(results: Results) -> tuple[CurvePanel, ...]:
