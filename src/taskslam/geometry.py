@@ -64,6 +64,10 @@ class SE2:
         """Planar distance in metres."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
+    def in_words(self, decimals: int = 2) -> str:
+        """`(1.50, -2.00, 0.79)`, in metres and radians, for sentences."""
+        return f"({self.x:.{decimals}f}, {self.y:.{decimals}f}, {self.theta:.{decimals}f})"
+
 
 def wrap_angle(angle: float) -> float:
     """One angle wrapped to [-pi, pi]; an angle already there is returned bit for bit."""

@@ -137,7 +137,7 @@ class RosPlatform(Platform):
 
     def place(self, pose: SE2) -> str:
         """Have the robot put down: by a simulator that takes /taskslam/place, or by a person, who says so."""
-        where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
+        where = pose.in_words()
         by_itself, self._returned = self._returned, False
         if not by_itself and self._open_transport.readers(self._theirs(names.PLACE)):
             at = self._put_down(pose)
@@ -145,9 +145,8 @@ class RosPlatform(Platform):
             said = f"put down at {where} by {names.PLACE}"
         else:
             at, self._T_odom_start = self._carried(where, by_itself)
-            x, y, theta = self._T_odom_start.x, self._T_odom_start.y, self._T_odom_start.theta
             who = "the robot drove to the start" if by_itself else "a person put the robot at the start"
-            said = f"{who} {where}; its odometry read ({x:.3f}, {y:.3f}, {theta:.3f}) then"
+            said = f"{who} {where}; its odometry read {self._T_odom_start.in_words(3)} then"
         self._now = at - self._zero
         self._greeted = False
         return said
@@ -212,14 +211,18 @@ class RosPlatform(Platform):
             self._listener.join()
         time.sleep(_LOOK_EVERY_S)  # so that the last command is on its way
         self._transport.close()
+        for sentence in self._missed():
+            self._observer.notice(sentence)
+
+    def _missed(self) -> Iterator[str]:
+        """What was not understood, late, or not there, a sentence each."""
         for words, counted in (
             ("came too late", self._hearing.late),
             ("were not there in time", self._hearing.missing),
         ):
             for sensor, count in counted.items():
-                self._observer.notice(f"{count} measurements of {sensor} {words}")
-        for sentence in self._hearing.skipped.sentences():
-            self._observer.notice(sentence)
+                yield f"{count} measurements of {sensor} {words}"
+        yield from self._hearing.skipped.sentences()
 
     @property
     def _open_transport(self) -> Transport:

@@ -251,7 +251,7 @@ class _ServedRobot:
         except DatasetError as error:
             self._notice(f"{by} would put the robot at {error}: it stays where it is")
             return
-        at = f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"
+        at = pose.in_words()
         if frame != MAP:
             self._notice(f"{by} would put the robot down in the frame '{frame}': expected '{MAP}'")
         elif self._simulator.touches(pose):

@@ -72,13 +72,6 @@ class StackPlatform(RosPlatform):
                 )
         return SE2.from_matrix(T)
 
-    def close(self) -> None:
-        """Also what of /tf was no transform is said."""
-        super().close()
-        for sentence in self._transforms.skipped.sentences():
-            self._observer.notice(sentence)
-        self._transforms.skipped = type(self._transforms.skipped)()
-
     @property
     def _open_navigation(self) -> NavigationStack:
         assert self._navigation is not None
@@ -98,6 +91,10 @@ class StackPlatform(RosPlatform):
             transport.subscribe(topic, kind)
         stand = self._encoder.twist(0.0, 0.0)
         transport.last_words(self._theirs(names.COMMAND), stand)
+
+    def _missed(self) -> Iterator[str]:
+        yield from super()._missed()
+        yield from self._transforms.skipped.sentences()
 
     def _is_ready(self) -> bool:
         with self._told:

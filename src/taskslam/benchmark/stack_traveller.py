@@ -134,12 +134,12 @@ class StackTraveller(Traveller):
             off = (T_map_theirs @ theirs).inverse() @ self._origin
             if off.distance_to(SE2()) <= _NEAR_M and abs(off.theta) <= _NEAR_RAD:
                 self._T_map_theirs = T_map_theirs
-                self._notice(f"the stack's map is {words}: it has the robot at {_words(theirs)}")
+                self._notice(f"the stack's map is {words}: it has the robot at {theirs.in_words()}")
                 return ""
         return (
-            f"the robot stands at the start, which its stack has at {_words(theirs)}; expected"
-            f" {_words(self._origin)} (the floor plan's map) or (0.00, 0.00, 0.00) (a map that begins here): tell your"
-            " localisation where the robot is, or start your SLAM anew"
+            f"the robot stands at the start, which its stack has at {theirs.in_words()}; expected"
+            f" {self._origin.in_words()} (the floor plan's map) or {SE2().in_words()} (a map that begins here): tell"
+            " your localisation where the robot is, or start your SLAM anew"
         )
 
     def _estimate(self, tell: bool = False) -> SE2 | None:
@@ -152,7 +152,3 @@ class StackTraveller(Traveller):
 
     def _notice(self, text: str) -> None:
         self._record.event(MethodNotice(self._platform.now, self._round, text))
-
-
-def _words(pose: SE2) -> str:
-    return f"({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})"

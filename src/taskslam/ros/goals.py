@@ -53,4 +53,4 @@ def _take(heard: Heard, goals: list[SE2], out: Path, tell: Callable[[str], None]
     goals.append(pose)
     rows = [f"- {{x: {goal.x:.3f}, y: {goal.y:.3f}, yaw: {goal.theta:.4f}}}\n" for goal in goals]
     write_whole(out, "".join(rows))
-    tell(f"goal {len(goals)}: ({pose.x:.2f}, {pose.y:.2f}, {pose.theta:.2f})")
+    tell(f"goal {len(goals)}: {pose.in_words()}")
