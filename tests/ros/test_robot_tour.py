@@ -227,7 +227,7 @@ class WallRobot:
             self.us.advertise(topic, kind)
         self.us.subscribe(names.COMMAND, names.KINDS[names.COMMAND])
         self.commands, self.silent, self.x, self.ended = [], False, 5.0, False
-        self.late_every = 10**9  # one message in so many comes half a second late
+        self.late_every, self.late = 10**9, NANOSECONDS // 2  # one message in so many bears another stamp
         self._rig, self._scan, self._encoder = rig, scan, RosEncoder(self.us.store)
         self._thread = threading.Thread(target=self._live)
         self._thread.start()
@@ -248,7 +248,7 @@ class WallRobot:
                 self.commands.append((time.monotonic(), heard.content.linear.x, heard.content.angular.z))
             speed = self.commands[-1][1] if self.commands else 0.0
             self.x += 0.02 * speed
-            now = time.time_ns() - ((tick + 1) % self.late_every == 0) * NANOSECONDS // 2
+            now = time.time_ns() - ((tick + 1) % self.late_every == 0) * self.late
             said = [] if self.silent else [WheelOdometry(now, SE2(self.x, 2.0, 0.0), speed, 0.0)]
             if tick % 5 == 0:
                 said.append(LaserScan(now, self._scan, -3.14, 0.00614, 0.1, 10.0))
@@ -325,17 +325,19 @@ def test_a_tour_is_not_gone_on_with_on_a_clock_that_was_set_back(wall_robot):
             platform.go_on(3600 * NANOSECONDS, 1, zero)
 
 
-def test_a_clock_that_is_off_is_refused(wall_robot):
+@pytest.mark.parametrize(("late", "words"), [(1, r"0\.[5-9]\d s behind"), (-1, r"0\.[1-5]\d s ahead of")])
+def test_a_clock_that_is_off_is_refused(wall_robot, late, words):
     robot, platform, _ = wall_robot()
-    robot.late_every = 1
-    with pytest.raises(InputError, match=r"stamps of /odom are 0\.[5-9]\d s behind this machine's time"):
+    robot.late_every, robot.late = 1, late * NANOSECONDS // 2
+    with pytest.raises(InputError, match=rf"stamps of /odom are {words} this machine's time"):
         platform.open()
     platform.close()
 
 
-def test_one_late_message_is_not_a_clock_that_is_off(wall_robot):
+@pytest.mark.parametrize("late", [1, -1])
+def test_one_message_with_another_stamp_is_not_a_clock_that_is_off(wall_robot, late):
     robot, platform, _ = wall_robot()
-    robot.late_every = 10
+    robot.late_every, robot.late = 10, late * NANOSECONDS // 2
     with platform:
         platform.place(SE2(-2.0, -1.0, 0.0))
         before = platform.now

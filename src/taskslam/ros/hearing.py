@@ -36,8 +36,9 @@ class Hearing:
     """The sensors of one robot. notes: what of them was guessed, or not believed.
 
     missing: how often what a sensor owed was not there in time; late: how often it came after what is younger had been
-    taken, of which nothing was made. ages: by topic, ns, how old a message was at least and at most when it came during
-    the look: the least tells of clocks, for one message may always be late, and the most of the way.
+    taken, of which nothing was made. ages: by topic, ns, how old a message was when it came during the look, below zero
+    where it was ahead of the clock: nearest to zero, which tells of clocks, since one message or one tick may always be
+    late; and at most, which tells of the way.
     """
 
     def __init__(
@@ -123,8 +124,8 @@ class Hearing:
                 head.append(heard.content)
                 if heard.topic in self._roles and now:  # before /clock was heard, there is no age
                     age = now - ros_decoding.stamp_of(heard.content)
-                    least, most = self.ages.get(heard.topic, (age, age))
-                    self.ages[heard.topic] = min(age, least), max(age, most)
+                    nearest, most = self.ages.get(heard.topic, (age, age))
+                    self.ages[heard.topic] = min(age, nearest, key=abs), max(age, most)
             return
         role, sensor = self._roles[heard.topic]
         try:
