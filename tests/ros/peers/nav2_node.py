@@ -5,6 +5,7 @@ moves), nan (a transform that is none besides), wrong (another frame than map). 
 """
 
 import argparse
+import contextlib
 import math
 import threading
 
@@ -14,7 +15,7 @@ from nav2_msgs.action import NavigateToPose
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from tf2_msgs.msg import TFMessage
 
@@ -114,7 +115,9 @@ def main():
     node, executor = SmallNav2(parser.parse_args().fault), MultiThreadedExecutor(4)
     executor.add_node(node)
     print("ready", flush=True)
-    executor.spin()
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        executor.spin()
+    node.destroy_node()
 
 
 main()
