@@ -188,8 +188,10 @@ class _ServedRobot:
         self._show(stamp)
         if any(self._transport.readers(topic) for topic in self._topics.get(measurement.sensor, ())):
             for topic, message in self._encoder.utterance(measurement).messages:
-                for name in _names(topic):
-                    self._say(name, message)
+                called = _names(topic)
+                for name in called:
+                    if len(called) == 1 or self._transport.readers(name):
+                        self._say(name, message)
 
     def _show(self, now: int) -> None:
         """/clock, which never goes back."""
