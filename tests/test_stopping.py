@@ -12,8 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel, field_serializer
+from pydantic_core import PydanticSerializationError
 
-from taskslam.stopping import StoppedError, stop_on_signals, undisturbed
+from taskslam.stopping import StoppedError, stop_behind, stop_on_signals, undisturbed
 
 
 @pytest.fixture(autouse=True)
@@ -68,6 +70,27 @@ def test_the_error_of_the_block_is_kept_as_its_context() -> None:
     with pytest.raises(StoppedError) as stop:
         work()
     assert str(stop.value.__context__) == "torn"
+
+
+class Told(BaseModel):
+    """Is told to end while compiled code calls back."""
+
+    number: int = 1
+
+    @field_serializer("number")
+    def _written(self, number: int) -> int:
+        tell()
+        return number
+
+
+def test_a_stop_behind_an_error_of_compiled_code_is_found() -> None:
+    other = ValueError("no stop")
+    assert stop_behind(other) is other
+    with pytest.raises(PydanticSerializationError) as turned:
+        Told().model_dump_json()
+    assert str(stop_behind(turned.value)) == "stopped by SIGTERM"
+    leaving = SystemExit(3)
+    assert stop_behind(leaving) is leaving
 
 
 def test_other_threads_close_no_door() -> None:

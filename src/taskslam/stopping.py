@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import NoReturn
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _PUTTING_AWAY_S = 20.0  # so long a second signal does not disturb what the first has begun
@@ -27,10 +28,11 @@ class StoppedError(BaseException):
 
 
 class _Door:
-    """Whether a signal may come in (`closed` is 0), and the one that waits."""
+    """Whether a signal may come in (`closed` is 0), the one that waits, and the one that came in."""
 
     closed = 0
     waiting: int | None = None
+    entered: int | None = None
 
 
 def stop_on_signals() -> None:
@@ -41,6 +43,7 @@ def stop_on_signals() -> None:
     if not _in_main_thread():
         return
     first: list[float] = []
+    _Door.entered = None
 
     def stop(number: int, _: FrameType | None) -> None:
         now = time.monotonic()
@@ -50,7 +53,7 @@ def stop_on_signals() -> None:
         if _Door.closed:
             _Door.waiting = number
         else:
-            raise StoppedError(number)
+            _enter(number)
 
     for one in _SIGNALS:
         if signal.getsignal(one) is not signal.SIG_IGN:
@@ -81,7 +84,22 @@ def undisturbed() -> Iterator[None]:
         _Door.closed -= 1
         if not _Door.closed and _Door.waiting is not None:
             number, _Door.waiting = _Door.waiting, None
-            raise StoppedError(number)
+            _enter(number)
+
+
+def stop_behind(error: BaseException) -> BaseException:
+    """What ends this process: the stop that compiled code turned into an error of its own, or else the error itself.
+
+    pydantic does so with whatever comes out of a function that it calls.
+    """
+    if isinstance(error, Exception) and _Door.entered is not None:
+        return StoppedError(_Door.entered)
+    return error
+
+
+def _enter(number: int) -> NoReturn:
+    _Door.entered = number
+    raise StoppedError(number)
 
 
 def _in_main_thread() -> bool:

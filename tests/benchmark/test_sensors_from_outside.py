@@ -11,6 +11,7 @@ from taskslam.benchmark.stage import Stage
 from taskslam.cli.doctor import Health, sensors
 from taskslam.errors import DatasetError, InputError, RobotError
 from taskslam.geometry import SE2
+from taskslam.observer import Observer
 from taskslam.record import Arrival, RoundEnded, load_run
 from taskslam.report import write_report
 from taskslam.report.cards import main_sensor, sensor_name, sensor_suite
@@ -25,6 +26,16 @@ name: ranging
 rig:
   wall_distance: {rate: 20.0, height: 0.2, range_max: 9.0, noise: 0.001}
 """
+
+
+class Notices(Observer):
+    """Keeps what is noticed."""
+
+    def __init__(self):
+        self.heard = []
+
+    def notice(self, text):
+        self.heard.append(text)
 
 
 @pytest.fixture(autouse=True)
@@ -83,9 +94,11 @@ def test_one_that_is_broken_hides_no_other_and_the_doctor_names_it():
 
 
 def test_a_method_steers_by_it_and_the_results_name_it(stage, tmp_path):
-    directory, complete = run(stage, stage.spec("wall_follower", Mode.WITHOUT_MAP, 1), tmp_path / "runs")
+    notices = Notices()
+    directory, complete = run(stage, stage.spec("wall_follower", Mode.WITHOUT_MAP, 1), tmp_path / "runs", notices)
     record = load_run(directory)
     assert complete
+    assert notices.heard[0].startswith("wall_follower: its card names no latency, so every estimate arrives the moment")
     (arrival,) = (event for event in record.events if isinstance(event, Arrival))
     assert arrival.truth.distance_to(arrival.estimate) < 0.03  # the odometry alone is 0.29 % short
     (ended,) = (event for event in record.events if isinstance(event, RoundEnded))

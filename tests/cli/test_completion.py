@@ -12,7 +12,9 @@ def test_completion_is_installed_where_the_shell_looks_and_names_commands(tmp_pa
     def taskslam(*words: str, **more: str) -> str:
         command = [sys.executable, "-c", code, *words]
         environment = os.environ | {"HOME": str(tmp_path)} | more
-        return subprocess.run(command, env=environment, check=True, capture_output=True, text=True, timeout=300).stdout
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
 
     assert "bash completion installed" in taskslam("--install-completion", "bash")
     script = tmp_path / ".bash_completions" / "taskslam.sh"

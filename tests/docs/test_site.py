@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).parents[2]
 
@@ -27,3 +28,13 @@ def test_lines_of_the_documentation_can_be_read_in_an_editor():
             if not in_code and not line.startswith("|") and len(line) > 160:
                 long.append(f"{page.name}:{number}")
     assert long == []
+
+
+def test_the_citation_file_and_the_page_name_the_same_paper():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    page, paper = (ROOT / "docs" / "cite.md").read_text(encoding="utf-8"), citation["preferred-citation"]
+    assert f"journal = {{{paper['journal']}}}" in page
+    assert f"year    = {{{paper['year']}}}" in page
+    assert paper["title"] in page.replace("{", "").replace("}", "")
+    assert [author["family-names"] for author in paper["authors"]] == ["Du", "Feng", "Cort", "Vela"]
+    assert f"version = {{{citation['version']}}}" in page

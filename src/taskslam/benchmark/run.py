@@ -38,6 +38,7 @@ from taskslam.simulation.simulator import DEFAULT_SENSORS, Simulator
 from taskslam.slam.base import MethodCard
 from taskslam.slam.cards import card_of
 from taskslam.slam.guest.host import Limits, MethodHost
+from taskslam.slam.guest.latency import LatencyMode
 from taskslam.slam.registry import find_method
 from taskslam.task import GoalTolerance, Mode
 from taskslam.version import __version__
@@ -126,6 +127,11 @@ def run(
             )
         observer.notice(f"{directory}: finished before, kept (--overwrite drives it again)")
         return directory, finished.complete
+    if driver is None and card.latency is None and spec.latency.mode is LatencyMode.FIXED:
+        observer.notice(
+            f"{spec.method}: its card names no latency, so every estimate arrives the moment its frame is taken;"
+            f" 'taskslam methods check {spec.method}' measures one, '--latency measured' goes by each frame"
+        )
     if spec.sealed and salt is None:
         salt = salt_of(out, spec.digest)
     undertaking = Undertaking(stage, spec, card, limits or Limits(), (out, seal_file(out)), salt, take_over, driver)

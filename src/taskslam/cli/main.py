@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from taskslam.endings import ending_of, flush_standard_output, open_standard_streams
 from taskslam.errors import DiskFullError, InfrastructureError
-from taskslam.stopping import StoppedError, stop_on_signals
+from taskslam.stopping import StoppedError, stop_behind, stop_on_signals
 
 _ADDRESS_SPACE = 640 << 20  # bytes; with less, OpenBLAS ends the process or never returns
 
@@ -22,7 +22,7 @@ def main() -> None:
     try:
         _run_the_verb()
     except BaseException as error:
-        cause = _swallowed(error) if isinstance(error, SystemExit) else error
+        cause = _swallowed(error) if isinstance(error, SystemExit) else stop_behind(error)
         if cause is None:
             raise
         ending = ending_of(cause)

@@ -132,7 +132,7 @@ def _card_rows(card: MethodCard) -> list[tuple[str, str]]:
         ("saves maps", "yes" if card.can_save_map else "no"),
         ("deterministic", "yes" if card.deterministic else "no"),
         ("asynchronous", "yes" if card.asynchronous else "no"),
-        ("latency", f"{card.latency * 1e3:g} ms"),
+        ("latency", "not named" if card.latency is None else f"{card.latency * 1e3:g} ms"),
         ("queue", f"{card.queue} frame{'s' if card.queue != 1 else ''}"),
         ("beyond the wall", ", ".join(_opened(card)) or "nothing"),
         ("homepage", card.homepage or "-"),

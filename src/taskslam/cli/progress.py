@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TaskID, TextColumn
+from rich.text import Text
 
 from taskslam.benchmark.engine import Result, Watcher
 from taskslam.benchmark.spec import RunSpec
@@ -15,24 +16,44 @@ from taskslam.cli.console import standard_error
 from taskslam.measurements import NANOSECONDS
 from taskslam.observer import Observer
 
-_COLUMNS = (
-    SpinnerColumn(),
-    TextColumn("{task.description}", markup=False),
-    BarColumn(bar_width=24),
-    TextColumn("{task.fields[info]}", style="dim", markup=False),
-)
 _REFRESH = 0.2  # s of wall time between two refreshes
+_LONG = 3.0  # s after which one asks how long a stage has been lasting
+
+
+class _InfoColumn(ProgressColumn):
+    """What a bar says of itself; of a stage that lasts, for how long already."""
+
+    def render(self, task: Task) -> Text:
+        since = task.fields.get("since")
+        lasts = 0.0 if since is None else time.perf_counter() - since
+        return Text(f"{lasts:.0f} s" if lasts >= _LONG else task.fields["info"], style="dim")
+
+
+_COLUMNS = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(bar_width=24), _InfoColumn())
 
 
 class Lines(Observer):
-    """For logs and pipes: notices only, one line each, on standard error."""
+    """For logs and pipes: notices and what took long, one line each, on standard error."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
+        self._stage, self._since = "", 0.0
+
+    def stage(self, text: str) -> None:
+        """Print how long the stage before lasted, if that was long."""
+        now = time.perf_counter()
+        if self._stage and now - self._since >= _LONG:
+            self.notice(f"{self._stage} took {now - self._since:.0f} s")
+        self._stage, self._since = text, now
 
     def run_begins(self, title: str) -> None:
         """A run begins."""
         self._console.print(title, highlight=False)
+
+    def ticked(self, now: int) -> None:  # noqa: ARG002
+        """The robot lives: the preparation is over."""
+        if self._stage:
+            self.stage("")
 
     def notice(self, text: str) -> None:
         """Print a line."""
@@ -55,7 +76,7 @@ class Bar(Lines):
     def __init__(self, console: Console, bars: Progress) -> None:
         super().__init__(console)
         self._bars = bars
-        self._task: TaskID = bars.add_task("", total=None, info="")
+        self._task: TaskID = bars.add_task("", total=None, info="", since=None)
         self._title = ""
         self._where = ""
         self._goals = (0, 1)
@@ -64,8 +85,10 @@ class Bar(Lines):
         self._first_tick: int | None = None
 
     def stage(self, text: str) -> None:
-        """Show a step of the preparation."""
-        self._bars.update(self._task, description=text, total=None)
+        """Show a step of the preparation, and for how long it has been lasting."""
+        since = time.perf_counter() if text else None
+        self._bars.update(self._task, description=text or self._title, total=None, since=since)
+        super().stage(text)
 
     def run_begins(self, title: str) -> None:
         """Start a fresh bar."""
@@ -89,6 +112,7 @@ class Bar(Lines):
 
     def ticked(self, now: int) -> None:
         """Show simulated time and real-time factor a few times a second."""
+        super().ticked(now)
         wall = time.perf_counter()
         if self._first_tick is None:
             self._first_tick, self._begun = now, wall

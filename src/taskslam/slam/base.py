@@ -70,7 +70,8 @@ class MethodCard:
     sensors: measurements it must get. optional_sensors: those that it makes use of where the robot, or a recording, has
     them. odometry_prior: whether wheel odometry is used to predict (it must then be among these). needs_still_start:
     seconds of standstill before the first drive. latency: seconds from a frame's stamp to the delivery of its estimate
-    in `fixed` mode. queue: frames kept while the method is busy (1: the newest wins).
+    in `fixed` mode; None: nobody has measured it, none is added, and every run says so. queue: frames kept while the
+    method is busy (1: the newest wins).
     extra: the pip extra that brings its package, or None. What a method needs beyond the wall around it
     (docs/decisions/004) is printed beside its results. reads: files and folders that it reads, by whole paths;
     loopback: it talks over TCP with processes of its own; shared_memory: it needs a /dev/shm, as multiprocessing does.
@@ -88,7 +89,7 @@ class MethodCard:
     can_save_map: bool = False
     deterministic: bool = True
     asynchronous: bool = False
-    latency: float = 0.0
+    latency: float | None = None
     queue: int = 1
     homepage: str = ""
     extra: str | None = None

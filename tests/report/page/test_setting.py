@@ -35,3 +35,12 @@ def test_many_runs_of_one_value_are_counted(make_run, told):
         make_run(name, method=name, latency="zero")
     make_run("e", method="e", latency="measured")
     assert told()["Latency"] == (("zero: every estimate arrives at once", "4 runs"), ("measured", "e, without map"))
+
+
+def test_a_card_without_a_latency_is_said(make_run, told):
+    make_run("a", method="a", card={"latency": 0.02})
+    make_run("b", method="b", card={"latency": None})
+    assert told()["Latency"] == (
+        ("fixed: the value on each method's card", "a, without map"),
+        ("fixed, but the method's card names none: every estimate arrives at once", "b, without map"),
+    )

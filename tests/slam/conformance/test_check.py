@@ -1,5 +1,7 @@
 """The suite against our own methods, and against guests that it must catch."""
 
+import re
+
 import pytest
 
 from taskslam.errors import InputError, MethodUnavailableError, UnknownMethodError
@@ -15,7 +17,7 @@ def test_our_methods_conform(method, rig):
     results = check_method(method, {}, rig, minutes=1)
     assert [r.name for r in results if r.verdict is Verdict.FAILED] == []
     skipped = {r.name for r in results if r.verdict is Verdict.SKIPPED}
-    assert skipped == (set() if method in {"karto", "hector"} else {"map_round_trip"})
+    assert skipped == (set() if method in {"karto", "hector"} else {"map_round_trip", "latency"})
 
 
 @pytest.mark.parametrize(
@@ -39,6 +41,18 @@ def test_what_does_not_conform_is_caught(guests, rig, guest, check, words):
     failed = {name for name, (verdict, _) in results.items() if verdict is Verdict.FAILED}
     assert failed == {check}
     assert words in results[check][1]
+
+
+def test_a_card_is_told_what_a_frame_takes(guests, rig):
+    results = verdicts("karto", rig)
+    assert results["latency"][0] is Verdict.PASSED
+    assert re.fullmatch(
+        r"a frame takes \d+\.\d ms of processor time here, \d+\.\d at p95; its card says 20 ms", results["latency"][1]
+    )
+    verdict, detail = verdicts("nonconforming:Unhurried", rig)["latency"]
+    assert verdict is Verdict.SKIPPED
+    took, fitting = re.search(r", (\d+\.\d) at p95; its card names no latency: latency=(\S+) would", detail).groups()
+    assert float(took) <= 1e3 * float(fitting) <= float(took) + 1.05
 
 
 def test_there_must_be_something_to_check(guests, rig):

@@ -20,7 +20,7 @@ from taskslam.benchmark.engines.supervised import Order, Workers, drive, without
 from taskslam.benchmark.spec import RunSpec
 from taskslam.endings import ending_of
 from taskslam.errors import InputError
-from taskslam.stopping import StoppedError, stop_on_signals
+from taskslam.stopping import StoppedError, stop_behind, stop_on_signals
 
 _MOST_RESTARTS = 2  # that are asked for here; those after a preemption count too
 _STATUS = {Ending.INCOMPLETE: 1, Ending.REFUSED: 2, Ending.UNAVAILABLE: 2, Ending.FAILED: 3}
@@ -36,7 +36,7 @@ def main() -> int:
         result = _driven(Order(spec, out, folders, int(task["cores"]), take_over=True))
         keep(out, result)
     except BaseException as error:
-        ending = ending_of(error)
+        ending = ending_of(stop_behind(error))
         sys.stderr.write(f"{ending.sentence}\n")
         return ending.status
     sys.stdout.write(f"{result.title}: {result.ending}{f': {result.detail}' if result.detail else ''}\n")
@@ -54,8 +54,8 @@ def _driven(order: Order) -> Result:
         return drive(order, Watcher(), workers)
     except BaseException as error:
         workers.stop()
-        if isinstance(error, StoppedError):
-            why = f"{error} by Slurm, which may start it again: a requeue, a preemption, or its time was up"
+        if isinstance(stop := stop_behind(error), StoppedError):
+            why = f"{stop} by Slurm, which may start it again: a requeue, a preemption, or its time was up"
             keep(order.out, Result(order.spec.title, Ending.FAILED, why, order.spec))
         raise
 

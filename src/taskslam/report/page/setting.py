@@ -102,6 +102,8 @@ def _protocol(run: Run) -> str:
 def _latency(run: Run) -> str:
     kind = run.manifest.latency
     meaning = {"fixed": "fixed: the value on each method's card", "zero": "zero: every estimate arrives at once"}
+    if kind == "fixed" and run.manifest.method_card.get("latency", 0.0) is None:
+        return "fixed, but the method's card names none: every estimate arrives at once"
     return meaning.get(kind, kind)
 
 

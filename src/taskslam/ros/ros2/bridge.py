@@ -28,6 +28,7 @@ _US = f"/{US}"
 _LOG_TYPE = "rcl_interfaces/msg/Log"
 _WARN = 30  # rcl_interfaces/Log
 _HANDSHAKE_S = 0.5
+_ANSWER_S = 30.0  # s that a node at work, on a machine with other work, may take to tell of itself
 _USUAL = Quality()
 
 
@@ -179,13 +180,17 @@ class Ros2Bridge(Bridge):
         return any(value["bool_value"] for value in told["values"])
 
     def _undeclared(self) -> Iterator[str]:
-        """Parameters of the file that no node has, a sentence each. Raises RosError."""
+        """Parameters of the file that no node has, a sentence each."""
         given = list(_flat(self._given()))
         if not (given and self._known):
             return
         declared: set[str] = set()
         for name in self._known:
-            told = self._ros.call(f"{name}/list_parameters", "rcl_interfaces/srv/ListParameters", {}, _HANDSHAKE_S)
+            try:
+                told = self._ros.call(f"{name}/list_parameters", "rcl_interfaces/srv/ListParameters", {}, _ANSWER_S)
+            except RosError:
+                yield f"{name} does not say which parameters it has, so those of the file could not be looked at"
+                return
             declared.update(told["result"]["names"])
         unset = sorted(declared - set(given))
         for name in given:

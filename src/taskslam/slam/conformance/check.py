@@ -3,14 +3,15 @@
     for result in check_method("my_package.my_module:MyMethod", {}, load_robot("turtlebot2").rig):
         print(result)
 
-It runs on the drive of `conformance_drive.py`, in simulated time, so it says nothing about speed; a method is only
-given up as hung after `Limits.frame_timeout_s`.
+It runs on the drive of `drive.py`, in simulated time, so nothing fails for being slow; a method is only given up as
+hung after `Limits.frame_timeout_s`. What a frame took is told for the card, and judged by nobody.
 
 | check | holds when |
 |---|---|
 | needs_declared | the card is valid and asks only for sensors that the robot has |
 | poses | a first drive of one minute ends with poses, all finite, rigid and in stamp order |
 | tracks_the_drive | those poses stay within half a metre of the truth: frames and units are right |
+| latency | tells the processor time of a frame, beside what the card says (skipped if it says nothing) |
 | silence | nothing fed, nothing said; and no pose is said twice, also while no scan comes |
 | memory | peak memory no longer grows by much in the second half of a long drive over known ground |
 | restart | a second start begins at the origin again |
@@ -152,6 +153,7 @@ class _Suite:
             "needs_declared": self._needs_declared,
             "poses": self._poses,
             "tracks_the_drive": self._tracks_the_drive,
+            "latency": self._latency,
             "silence": self._silence,
             "memory": self._memory,
             "restart": self._restart,
@@ -180,6 +182,17 @@ class _Suite:
 
     def _tracks_the_drive(self) -> str:
         return self._within_tolerance(self._first_drive())
+
+    def _latency(self) -> str:
+        host, _ = self._alive(), self._first_drive()
+        took = np.array([compute for _, compute, _ in host.answered()]) / NANOSECONDS * 1e3
+        if not len(took):
+            raise _SkippedError("it takes no frames: no scan, cloud or picture")
+        figure = f"a frame takes {took.mean():.1f} ms of processor time here, {np.percentile(took, 95):.1f} at p95"
+        if host.card.latency is None:
+            fitting = f"{math.ceil(np.percentile(took, 95)) / 1e3:g}"
+            raise _SkippedError(f"{figure}; its card names no latency: latency={fitting} would hold for 19 of 20")
+        return f"{figure}; its card says {host.card.latency * 1e3:g} ms"
 
     def _silence(self) -> str:
         host, first = self._alive(), self._first_drive()

@@ -84,8 +84,9 @@ class _Child:
                     self._give_up("stalled", str(error), header)
                     return
                 except Exception as error:
-                    traceback.print_exc()
                     kind = next((kind for cls, kind in _ERRORS.items() if isinstance(error, cls)), "exception")
+                    if kind == "exception" or "feed" in header:  # else the sentence says it all
+                        traceback.print_exc()
                     detail = str(error) if kind != "exception" else registry.one_line(error)
                     self._give_up(kind, detail, header)
                     return

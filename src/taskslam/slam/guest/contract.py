@@ -40,7 +40,7 @@ def read_card(method: str, answer: messages.Header) -> MethodCard:
         card = MethodCard(**fields)
         _check_types(card)
         if not (
-            0 <= card.latency < _LONGEST_LATENCY_S
+            0 <= (card.latency or 0.0) < _LONGEST_LATENCY_S
             and 1 <= card.queue <= _LONGEST_QUEUE
             and 0 <= card.needs_still_start <= _LONGEST_STILL_START_S
         ):

@@ -179,13 +179,13 @@ class MethodHost:
         try:
             with undisturbed():
                 self._guest = GuestProcess(self._program(), self._wall(), self._log, self._limits)
-            self._tell(
-                do="construct",
-                method=find_method(self._name).name,
-                options=self._options,
-                cpu_scale=self._latency.cpu_scale,
-            )
-            self._tell(do="start", rig=self._rig.model_dump_json())
+                self._tell(
+                    do="construct",
+                    method=find_method(self._name).name,
+                    options=self._options,
+                    cpu_scale=self._latency.cpu_scale,
+                )
+                self._tell(do="start", rig=self._rig.model_dump_json())
             self._guest.write(self._unsent)
         except BaseException:
             self._end()

@@ -55,11 +55,11 @@ class LatencyModel:
             raise InputError(f"latency '{words}': expected fixed, zero, measured, or measured x 4 (times slower)")
         return cls(LatencyMode(found[1]), float(found[2] or 1.0))
 
-    def before(self, card_latency: float) -> int | None:
+    def before(self, card_latency: float | None) -> int | None:
         """Latency in ns of any frame, or None while only the method's own compute time can tell."""
         if self.mode is LatencyMode.MEASURED:
             return None
-        return round(card_latency * NANOSECONDS) if self.mode is LatencyMode.FIXED else 0
+        return round((card_latency or 0.0) * NANOSECONDS) if self.mode is LatencyMode.FIXED else 0
 
     def after(self, compute: int) -> int:
         """Latency in ns in `measured` mode of a frame that took `compute` ns in the child.

@@ -17,6 +17,7 @@ class GroundTruth(SlamMethod):
         licence="Apache-2.0",
         kind=Kind.REFERENCE,
         sensors=(Sensor.TRUE_POSE,),
+        latency=0.0,
         summary="The true pose: shows how much of the error is navigation and control, not SLAM.",
     )
 

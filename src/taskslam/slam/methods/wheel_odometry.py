@@ -18,6 +18,7 @@ class WheelOdometryMethod(SlamMethod):
         licence="Apache-2.0",
         kind=Kind.ODOMETRY,
         sensors=(Sensor.WHEEL_ODOMETRY,),
+        latency=0.0,
         summary="The robot's own odometry, uncorrected: the lower bound that any SLAM method should beat.",
     )
 
