@@ -64,6 +64,7 @@ def figures(
     """
     formats = _formats(kinds)
 
+    from taskslam.cli.progress import progress
     from taskslam.report.figures.paper import paper_figures
     from taskslam.report.figures.style import save_figure
     from taskslam.report.results import read_results
@@ -75,9 +76,13 @@ def figures(
     across: Width = width.value if width else "page" if preset is _Preset.IEEE_WIDE else "column"
     for left in read.left_out:
         say(f"Left out {left.directory}: {left.reason}", err=True)
-    paths = write_tables(read, out / "tables", layout)
-    for name, figure in paper_figures(read, across, units.value, linear):
-        paths += save_figure(figure, out, name, formats)
+    with progress(quiet=False) as observer:
+        observer.stage("writing tables")
+        paths = write_tables(read, out / "tables", layout)
+        observer.stage("drawing figures")
+        for name, figure in paper_figures(read, across, units.value, linear):
+            observer.stage(f"saving {name}")
+            paths += save_figure(figure, out, name, formats)
     say(f"Figures and tables: {len(paths)} files in {out}")
 
 

@@ -24,6 +24,10 @@ def report(
 
         taskslam report results/house/karto results/house/wheel_odometry --out comparison.html
     """
+    from taskslam.cli.progress import progress
     from taskslam.report import write_report
 
-    say(f"Report: {write_report(directories, out)}")
+    with progress(quiet=False) as observer:
+        observer.stage("reading runs and drawing the page")
+        page = write_report(directories, out)
+    say(f"Report: {page}")
