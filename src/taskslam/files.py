@@ -6,6 +6,7 @@ import contextlib
 import errno
 import fcntl
 import os
+import secrets
 import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -40,7 +41,7 @@ def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
     Text may come in pieces, which then need not be in memory together.
     """
     pieces = [content] if isinstance(content, str | bytes) else content
-    temporary = path.with_name(f".{path.name}.partial")
+    temporary = _unfinished(path)
     with writing(path), _alone_in(path.parent):
         temporary.unlink(missing_ok=True)  # what a killed process left, or a link that somebody put there
         try:
@@ -54,6 +55,34 @@ def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
                 temporary.unlink(missing_ok=True)
             raise
     sync_folder(path.parent)
+
+
+def forget(path: Path) -> None:
+    """Remove a file that `write_whole` wrote, and what a killed process left of it. Raises DiskFullError."""
+    with writing(path):
+        remove(path)
+        remove(_unfinished(path))
+
+
+def write_once(path: Path, content: bytes, mode: int = 0o666) -> None:
+    """Write bytes, whole or not at all, unless the file is there: of several writers the first one's stays.
+
+    That holds among machines too, since a link is made or not. What killed writers left is removed. Raises
+    DiskFullError.
+    """
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not os.path.lexists(path):
+            ours = path.with_name(f".{path.name}.{secrets.token_hex(8)}.once")
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+            with os.fdopen(os.open(ours, flags, mode), "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            with contextlib.suppress(FileExistsError, FileNotFoundError):  # another was faster, and has removed ours
+                os.link(ours, path)
+        for left in path.parent.glob(f".{path.name}.*.once"):
+            left.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
@@ -99,6 +128,11 @@ def _alone_in(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(descriptor)
+
+
+def _unfinished(path: Path) -> Path:
+    """Where a file is written that will be whole."""
+    return path.with_name(f".{path.name}.partial")
 
 
 def remove(path: Path) -> None:

@@ -6,15 +6,12 @@ run would take nobody can say well, so it is refused rather than scaled.
 
 from __future__ import annotations
 
-import contextlib
-import os
-import secrets
 from pathlib import Path
 
 from taskslam.benchmark.run import machine
 from taskslam.benchmark.spec import RunSpec
 from taskslam.errors import InputError
-from taskslam.files import writing
+from taskslam.files import write_once
 from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_text
 from taskslam.slam.guest.latency import LatencyMode
 
@@ -30,8 +27,7 @@ def check_processor(spec: RunSpec, out: Path, processor: str = "") -> None:
     if spec.latency.mode is not LatencyMode.MEASURED:
         return
     own, file = processor or machine()["processor"], out / _FILE
-    if not file.exists():
-        _claim(file, own)
+    write_once(file, f"{own}\n".encode())
     other = read_text(file, "processor's name", InputError, LARGEST_WRITTEN_BY_HAND).strip()
     if other != own:
         raise InputError(
@@ -39,16 +35,3 @@ def check_processor(spec: RunSpec, out: Path, processor: str = "") -> None:
             f" ({other}; this machine has {own}): expected machines of one kind, as with `sbatch --constraint`, or"
             " another folder"
         )
-
-
-def _claim(file: Path, own: str) -> None:
-    """Write the name whole, unless somebody was faster: a link is made or not, also between machines."""
-    with writing(file):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        ours = file.with_name(f".{file.name}.{secrets.token_hex(8)}")
-        ours.write_text(own + "\n", encoding="utf-8")
-        try:
-            with contextlib.suppress(FileExistsError):
-                os.link(ours, file)
-        finally:
-            ours.unlink()

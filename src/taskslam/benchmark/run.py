@@ -30,7 +30,7 @@ from taskslam.navigation.settings import GoalSettings, NavigationSettings
 from taskslam.observer import Observer
 from taskslam.processes.memory import own_peak_memory
 from taskslam.record.manifest import Manifest
-from taskslam.record.place import settle
+from taskslam.record.place import settle, settle_locked
 from taskslam.record.run_directory import MANIFEST, RunWriter, load_manifest
 from taskslam.scenario import Scenario
 from taskslam.sensors import fitted
@@ -113,8 +113,7 @@ def run(
     observer = observer or Observer()
     card = driver.card if driver else card_of(spec.method)
     directory = run_folder(out, spec)
-    if not take_over:
-        settle(directory)
+    (settle_locked if take_over else settle)(directory)
     if not overwrite and (finished := finished_run(directory, spec, salt)) is not None:
         if (
             driver is None

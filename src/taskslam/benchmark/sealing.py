@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from taskslam.errors import InputError, RecordError
-from taskslam.files import writing
+from taskslam.files import write_once
 from taskslam.processes import landlock
 
 _FILE = ".taskslam-seal"
@@ -97,12 +97,7 @@ def salted(seed: int, salt: str | None) -> int:
 
 def _secret(out: Path) -> bytes:
     file = out / _FILE
-    with writing(file):
-        out.mkdir(parents=True, exist_ok=True)
-        with suppress(FileExistsError):
-            descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
-            with os.fdopen(descriptor, "wb") as made:
-                made.write(secrets.token_bytes(_BYTES))
+    write_once(file, secrets.token_bytes(_BYTES), mode=0o600)
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as kept:
             secret = kept.read(_BYTES + 1)

@@ -4,7 +4,8 @@
     .<name>.replaced   for a moment, the finished run that a new one takes the place of
     .<name>.lock       held by the process that writes (`run_lock.py`)
 
-A process may be killed between any two steps; the next one does the rest.
+A process may be killed between any two steps; the next one does the rest. A folder with run.json is whole: what only a
+run under way needs goes after that is written, and before the folder is moved.
 """
 
 from __future__ import annotations
@@ -22,9 +23,14 @@ from taskslam.files import remove, sync_folder, writing
 from taskslam.reading import LARGEST_MANIFEST, read_bytes
 from taskslam.record.digests import changed_files
 from taskslam.record.manifest import MANIFEST_FILE, Manifest
-from taskslam.record.run_lock import RunLock
+from taskslam.record.newest import NEWEST
+from taskslam.record.resumption import TALLY
+from taskslam.record.run_lock import RunLock, lock_file
 
+WRITER = "writer"
+"""A file with the name of the start that writes."""
 _PARTIAL = ".partial"
+_OF_A_RUN_UNDER_WAY = (TALLY, NEWEST, WRITER)
 
 
 def partial_folder(directory: Path) -> Path:
@@ -75,13 +81,15 @@ def settle(directory: Path) -> None:
     Raises RecordError if another process is writing it, DiskFullError.
     """
     directory = directory.absolute()
-    if not any(place.exists() for place in (partial_folder(directory) / MANIFEST_FILE, _replaced(directory))):
-        return
-    lock = RunLock(directory)
-    try:
-        settle_locked(directory)
-    finally:
-        lock.release()
+    if any(place.exists() for place in (partial_folder(directory) / MANIFEST_FILE, _replaced(directory))):
+        lock = RunLock(directory)
+        try:
+            settle_locked(directory)
+        finally:
+            lock.release()
+    elif lock_file(directory).exists():
+        with contextlib.suppress(RecordError):  # somebody holds it, who will remove it
+            RunLock(directory).release()
 
 
 def settle_locked(directory: Path) -> None:
@@ -130,6 +138,8 @@ def _replaced(directory: Path) -> Path:
 def move_into_place(folder: Path, directory: Path, replace: bool) -> None:
     """Put a whole run from its partial folder into its place, on the disk too. Raises DiskFullError, RecordError."""
     with writing(folder):
+        for name in _OF_A_RUN_UNDER_WAY:
+            remove(folder / name)
         _synced(folder)
     with writing(directory):
         if replace and is_taken(directory):

@@ -45,8 +45,16 @@ from taskslam.record.events import Event, RoundEnded, RoundStarted
 from taskslam.record.frame_times import FRAMES, NO_FRAMES, FrameTimes, read_frame_times, write_frame_times
 from taskslam.record.journal import JournalWriter, read_journal, read_lines
 from taskslam.record.manifest import MANIFEST_FILE, RUN_FORMAT, Manifest
-from taskslam.record.newest import NEWEST, Newest, few, with_way, write_newest
-from taskslam.record.place import is_partial, is_plain, is_taken, move_into_place, partial_folder, settle_locked
+from taskslam.record.newest import Newest, few, with_way, write_newest
+from taskslam.record.place import (
+    WRITER,
+    is_partial,
+    is_plain,
+    is_taken,
+    move_into_place,
+    partial_folder,
+    settle_locked,
+)
 from taskslam.record.resumption import TALLY, Resumption, Tally, add_tally, read_resumption
 from taskslam.record.run_lock import RunLock
 from taskslam.record.salvage import salvage
@@ -55,7 +63,6 @@ from taskslam.record.trajectories import SpatialTrajectory, Trajectory, read_tra
 MANIFEST, JOURNAL, METHOD_LOG, SPEC = MANIFEST_FILE, "journal.jsonl", "method.log", "spec.json"
 PoseName: TypeAlias = Literal["truth", "estimate", "odometry"]
 POSE_NAMES: tuple[PoseName, ...] = get_args(PoseName)
-_WRITER = "writer"  # the name of the start that writes; it goes when the run is finished
 _SHOWN_EVERY = 1.0  # s of a clock between two states for whoever watches
 
 
@@ -108,7 +115,7 @@ class RunWriter:
             with writing(self.directory):
                 self._take_over(spec, resume)
             self._name = secrets.token_hex(16)
-            write_whole(self.folder / _WRITER, self._name)
+            write_whole(self.folder / WRITER, self._name)
             self._journal = JournalWriter(self.folder / JOURNAL, self.resumed.journal_bytes)
             if spec is not None:
                 write_whole(self.folder / SPEC, spec + "\n")
@@ -224,9 +231,6 @@ class RunWriter:
         self._write_open_rounds()
         self._journal.close()
         with writing(self.folder):
-            remove(self.folder / TALLY)
-            remove(self.folder / _WRITER)
-            remove(self.folder / NEWEST)
             checked = checked.model_copy(update={"files": digests(self.folder)})
         write_whole(self.folder / MANIFEST, _json(checked.model_dump(mode="json")))
         move_into_place(self.folder, self.directory, self._replace)
@@ -249,7 +253,7 @@ class RunWriter:
             self._lock.release()
 
     def _is_ours(self) -> bool:
-        return _text(self.folder / _WRITER) == self._name
+        return _text(self.folder / WRITER) == self._name
 
     def _check_writer(self) -> None:
         if self._finished or self._is_ours():

@@ -18,6 +18,11 @@ from taskslam.files import writing
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
 
 
+def lock_file(directory: Path) -> Path:
+    """What the holder of a run's lock holds."""
+    return directory.with_name(f".{directory.name}.lock")
+
+
 class RunLock:
     """Holds `.<name>.lock` beside a run's place, from construction to `release`.
 
@@ -27,7 +32,7 @@ class RunLock:
 
     def __init__(self, directory: Path) -> None:
         """Raises RecordError if another process holds it, DiskFullError if the folder cannot be written."""
-        self._path = directory.with_name(f".{directory.name}.lock")
+        self._path = lock_file(directory)
         with writing(directory):
             while not self._take(directory):
                 pass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import compileall
 import errno
 import fcntl
 import json
@@ -19,7 +20,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+import taskslam
 from benchmark.campaign.conftest import recorded
+from taskslam import processes
 from taskslam.benchmark.campaign.campaign_file import load_campaign
 from taskslam.benchmark.campaign.notes import Keeping, notes
 from taskslam.benchmark.campaign.planning import Plan, plan
@@ -35,6 +38,7 @@ from taskslam.cli.app import app
 from taskslam.errors import InputError, RecordError
 from taskslam.outcomes import Outcome
 from taskslam.record import RoundEnded, RoundStarted, RunWriter, load_run
+from taskslam.record.run_lock import lock_file
 
 
 @pytest.fixture
@@ -48,6 +52,10 @@ def drive(planned: Plan, out: Path) -> list[Result]:
 
 def test_a_full_disk_is_named_and_the_next_start_drives_the_run(planned: Plan, tmp_path: Path) -> None:
     out, (spec, _) = tmp_path / "out", planned.specs
+    for folder in (Path(taskslam.__file__).parent, Path(processes.__file__).parent):
+        compileall.compile_dir(
+            folder, maxlevels=0, quiet=2
+        )  # or Python keeps what it compiles, cut off, beside our source
     script = tmp_path / "python"
     script.write_text(
         f"#!{sys.executable}\nimport os, resource, sys\n"
@@ -185,6 +193,9 @@ def test_a_worker_that_is_killed_is_tried_again_and_goes_on(planned: Plan, tmp_p
     thread.join()
     assert killed
     assert result.ending is Ending.COMPLETE
+    assert not list(out.rglob(".*"))
+    lock_file(run_folder(out, spec)).touch()  # of one that was killed right after it had put the run in its place
+    assert [result.ending for result in LocalEngine(1, planned.folders).run([spec], out, Watcher())] == [Ending.KEPT]
     assert not list(out.rglob(".*"))
 
 

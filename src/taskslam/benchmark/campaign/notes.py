@@ -16,7 +16,7 @@ from taskslam.benchmark.campaign.plan_file import campaign_folder
 from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.spec import RunSpec
 from taskslam.errors import RecordError
-from taskslam.files import remove, write_whole, writing
+from taskslam.files import forget, write_whole, writing
 from taskslam.reading import LARGEST_WRITTEN_BY_HAND, read_bytes
 
 NOT_DRIVEN = (Ending.UNAVAILABLE, Ending.REFUSED, Ending.FAILED)
@@ -47,8 +47,7 @@ def keep(out: Path, result: Result, machine: str | None = None) -> None:
             path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, note.model_dump_json() + "\n")
     elif result.ending is not Ending.SUBMITTED:
-        with writing(path):
-            remove(path)
+        forget(path)
 
 
 def notes(out: Path) -> dict[str, Note]:

@@ -19,7 +19,7 @@ from typing import Any
 
 from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.engines.luggage import Parcel, pack, unpack
-from taskslam.benchmark.engines.supervised import Order, Workers, drive, without_driving
+from taskslam.benchmark.engines.supervised import Order, Workers, drive, kept, without_driving
 from taskslam.benchmark.one_processor import check_processor
 from taskslam.benchmark.resources import Resources
 from taskslam.benchmark.run import finished_run, machine
@@ -60,7 +60,7 @@ class RayEngine:
 
     def run(self, specs: Sequence[RunSpec], out: Path, watcher: Watcher) -> Generator[Result, None, None]:
         """As `Engine.run`. Raises InputError: ray is not installed, or machines differ in what is to be the same."""
-        known = {spec.digest: result for spec in specs if (result := _known(spec, out)) is not None}
+        known = {spec.digest: result for spec in specs if (result := kept(spec, out)) is not None}
         with _connected(self.address, self.cores) as ray:
             processors = _machines(ray)
             tasks: dict[Any, RunSpec] = {}
@@ -158,15 +158,6 @@ def _unpacked(archive: bytes, spec: RunSpec, out: Path) -> None:
             raise RecordError(f"{directory}: what came back is no archive of a run: {error}") from None
         if not is_plain(folder) or finished_run(folder, spec) is None or load_run(folder, damaged=True).changed:
             raise RecordError(f"{directory}: what came back is not a whole run of this configuration")
-
-
-def _known(spec: RunSpec, out: Path) -> Result | None:
-    """The result of a run that is finished, or whose place is taken."""
-    try:
-        finished = finished_run(run_folder(out, spec), spec)
-    except RecordError as error:
-        return Result(spec.title, Ending.REFUSED, str(error), spec)
-    return None if finished is None else Result(spec.title, Ending.KEPT, "", spec)
 
 
 def _check_latency(spec: RunSpec, out: Path, processors: Sequence[str]) -> None:

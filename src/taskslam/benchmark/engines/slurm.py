@@ -2,7 +2,7 @@
 
     OUT/campaign/slurm/001/job.sh        a plain script for sbatch
                            specs.jsonl   a run a line, as many as tasks
-                           job           the number that Slurm gave it
+                           job           the number that Slurm gave it, for people
                            task-N.txt    what a task said
 
 A task (`slurm_task.py`) leaves its run where every engine leaves it, so whoever sees the folder can collect. One that
@@ -23,12 +23,12 @@ from pathlib import Path
 
 from taskslam.benchmark.campaign.plan_file import campaign_folder
 from taskslam.benchmark.engine import Ending, Result, Watcher
+from taskslam.benchmark.engines.supervised import kept
 from taskslam.benchmark.resources import Resources, Share
-from taskslam.benchmark.run import finished_run
-from taskslam.benchmark.spec import RunSpec, run_folder
+from taskslam.benchmark.spec import RunSpec
 from taskslam.errors import InfrastructureError, InputError, RecordError
 from taskslam.files import write_whole, writing
-from taskslam.reading import LARGEST_JOURNAL, LARGEST_WRITTEN_BY_HAND, read_text
+from taskslam.reading import LARGEST_JOURNAL, read_text
 
 SPECS, JOB = "specs.jsonl", "job"
 _MOST_TASKS = 1000  # of an array; Slurm's own default bound is 1001
@@ -63,7 +63,7 @@ class SlurmEngine:
 
         Raises InputError if there is no Slurm here, or it refuses the job; InfrastructureError if it does not answer.
         """
-        finished = {spec.digest: result for spec in specs if (result := _finished(spec, out)) is not None}
+        finished = {spec.digest: result for spec in specs if (result := kept(spec, out)) is not None}
         queued = _queued(out) if len(finished) < len(specs) else {}
         new = [spec for spec in specs if spec.digest not in finished.keys() | queued.keys()]
         for share, group in _by_share(new, self.resources).items():
@@ -110,33 +110,25 @@ def jobs_folder(out: Path) -> Path:
     return campaign_folder(out) / "slurm"
 
 
-def _finished(spec: RunSpec, out: Path) -> Result | None:
-    try:
-        finished = finished_run(run_folder(out, spec), spec)
-    except RecordError as error:
-        return Result(spec.title, Ending.REFUSED, str(error), spec)
-    return None if finished is None else Result(spec.title, Ending.KEPT, "", spec)
-
-
 def _queued(out: Path) -> dict[str, str]:
-    """Names of the tasks that wait or run, by the digests of their specs."""
-    jobs = {}
-    for file in sorted(jobs_folder(out).glob(f"*/{JOB}")):
-        job = read_text(file, "job's number", RecordError, LARGEST_WRITTEN_BY_HAND).strip()
-        jobs[job] = file.parent
-    if not jobs:
+    """Names of the tasks that wait or run, by the digests of their specs.
+
+    Slurm itself says which folder a job is of: who submitted it may have been killed before he wrote down its number.
+    """
+    folders = {str(file.parent.resolve()) for file in jobs_folder(out).glob(f"*/{SPECS}")}
+    if not folders:
         return {}
-    alive = {}
-    for line in _ask("squeue", "--noheader", "--array", "--format=%F %K").splitlines():
-        job, _, task = line.strip().partition(" ")
-        if job in jobs and task.isdecimal():
-            alive[job, int(task)] = f"job {job}_{task}"
+    alive: dict[str, dict[int, str]] = {}
+    for line in _ask("squeue", "--noheader", "--array", "--format=%F %K %Z").splitlines():
+        job, task, folder = line.strip().split(" ", 2)
+        if folder in folders and task.isdecimal():
+            alive.setdefault(folder, {})[int(task)] = f"job {job}_{task}"
     found = {}
-    for job in {job for job, _ in alive}:
-        lines = read_text(jobs[job] / SPECS, "job's specs", RecordError, LARGEST_JOURNAL).splitlines()
+    for folder, tasks in alive.items():
+        lines = read_text(Path(folder) / SPECS, "job's specs", RecordError, LARGEST_JOURNAL).splitlines()
         for number, line in enumerate(lines):
-            if (job, number) in alive:
-                found[RunSpec.from_json(json.loads(line)["spec"]).digest] = alive[job, number]
+            if number in tasks:
+                found[RunSpec.from_json(json.loads(line)["spec"]).digest] = tasks[number]
     return found
 
 

@@ -23,8 +23,10 @@ from typing import IO
 from taskslam.benchmark.engine import Ending, Result, Watcher
 from taskslam.benchmark.run import finished_run
 from taskslam.benchmark.spec import RunSpec, run_folder
-from taskslam.errors import InfrastructureError, InputError, MethodUnavailableError, RecordError
+from taskslam.errors import InfrastructureError, InputError, MethodUnavailableError, TaskSlamError
 from taskslam.processes.guest import SINGLE_THREADED
+from taskslam.record.manifest import Manifest
+from taskslam.record.place import settle
 from taskslam.slam.cards import card_of
 
 _TRIES = 3  # of a run whose worker dies
@@ -107,13 +109,19 @@ class Workers:
             process.kill()
 
 
+def kept(spec: RunSpec, out: Path) -> Result | None:
+    """The result of a run that is finished already, or whose place is taken; None of one that is not there."""
+    try:
+        finished = _settled(spec, out)
+    except TaskSlamError as error:
+        return Result(spec.title, _ending_by(error), str(error), spec)
+    return None if finished is None else Result(spec.title, Ending.KEPT, "", spec)
+
+
 def without_driving(spec: RunSpec, out: Path) -> Result | None:
     """The result of a run that is finished already, or cannot be driven here; None of one that must be."""
-    try:
-        if finished_run(run_folder(out, spec), spec) is not None:
-            return Result(spec.title, Ending.KEPT, "", spec)
-    except RecordError as error:
-        return Result(spec.title, Ending.REFUSED, str(error), spec)
+    if (result := kept(spec, out)) is not None:
+        return result
     try:
         card_of(spec.method)
     except MethodUnavailableError:
@@ -154,9 +162,9 @@ def _judged(order: Order, status: int, complaint: str, notice: str) -> tuple[Res
     """The result of a run whose worker has ended with this status, and whether it died."""
     spec = order.spec
     try:
-        finished = finished_run(run_folder(order.out, spec), spec)
-    except RecordError as error:
-        return Result(spec.title, Ending.REFUSED, str(error), spec), False
+        finished = _settled(spec, order.out)
+    except TaskSlamError as error:
+        return Result(spec.title, _ending_by(error), str(error), spec), False
     if finished is not None:
         ending = Ending.COMPLETE if finished.complete else Ending.INCOMPLETE
         return Result(spec.title, ending, "" if finished.complete else finished.failure or notice, spec), False
@@ -167,6 +175,17 @@ def _judged(order: Order, status: int, complaint: str, notice: str) -> tuple[Res
     how = f"was killed by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
     more = f"; it said last: {complaint}" if complaint else ""
     return Result(spec.title, Ending.FAILED, f"its process {how} and left no finished run{more}", spec), True
+
+
+def _settled(spec: RunSpec, out: Path) -> Manifest | None:
+    """As `finished_run`, once what is done that a killed process had left to do. Raises DiskFullError besides."""
+    directory = run_folder(out, spec)
+    settle(directory)
+    return finished_run(directory, spec)
+
+
+def _ending_by(error: TaskSlamError) -> Ending:
+    return Ending.FAILED if isinstance(error, InfrastructureError) else Ending.REFUSED
 
 
 class _LastLines(Thread):
