@@ -63,7 +63,7 @@ class Limits:
 
     frame_timeout_s: float = 60.0
     start_timeout_s: float = 600.0
-    stop_timeout_s: float = 3.0
+    stop_timeout_s: float = 30.0
     memory_bytes: int = 8 << 30
     log_bytes: int = 1 << 20
 
@@ -289,8 +289,8 @@ class GuestProcess:
         """
         if self.ended:
             return ""
-        deadline = time.monotonic() + grace_s
-        while self._supervisor.poll() is None and (remaining := deadline - time.monotonic()) > 0:
+        patience = Patience(grace_s)
+        while self._supervisor.poll() is None and (remaining := patience.look()) > 0:
             self._thaw()
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._supervisor.wait(min(remaining, _ANSWER_PERIOD_S))

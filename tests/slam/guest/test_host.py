@@ -191,6 +191,13 @@ def test_a_method_that_does_not_stop_is_killed(host_of):
     assert time.monotonic() - began < 20
 
 
+def test_a_method_that_stops_slowly_as_on_a_busy_machine_has_not_failed(host_of):
+    host = host_of("StopsSlowly")
+    host.start()
+    host.stop()
+    assert host.stop_failure == ""
+
+
 @pytest.mark.parametrize(
     ("guest", "options", "error", "words"),
     [

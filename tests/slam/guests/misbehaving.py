@@ -175,6 +175,11 @@ class NeverStops(Guest):
         time.sleep(60)
 
 
+class StopsSlowly(Guest):
+    def stop(self):
+        time.sleep(4)
+
+
 class FailsToStart(Guest):
     def start(self, rig):
         raise RuntimeError("no licence file")

@@ -8,19 +8,24 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from taskslam.benchmark.spec import Drive, RunSpec
 from taskslam.benchmark.stage import find_file
-from taskslam.errors import InfrastructureError, InputError
+from taskslam.errors import InfrastructureError, InputError, RecordError
 from taskslam.files import cache_folder
+from taskslam.processes.patience import Patience
 from taskslam.reading import LARGEST_WORLD_FILE, read_bytes
 from taskslam.record.place import whole_folder
 from taskslam.user_files import read_mapping
 from taskslam.world.gazebo.importer import import_sdf
 from taskslam.world.gazebo.resources import Resources, search_roots
+
+_PATIENCE_S = 60.0  # with another task that lays out the same parcel
+_LOOKING_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -84,16 +89,28 @@ def unpack(parcel: Parcel) -> tuple[Path, ...]:
     Raises InfrastructureError: the cache cannot be written.
     """
     place = cache_folder() / "parcels" / parcel.name
-    if not place.is_dir():
-        with whole_folder(place) as folder:
-            for name in parcel.hollow:
-                (folder / name).mkdir(parents=True, exist_ok=True)
-            for name, content in parcel.files.items():
-                if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
-                    raise InfrastructureError(f"a parcel of files names '{name}'; expected places below its root")
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                (folder / name).write_bytes(content)
+    patience = Patience(_PATIENCE_S)
+    while not place.is_dir():
+        try:
+            _lay_out(parcel, place)
+        except (OSError, RecordError) as error:
+            if place.is_dir():
+                break  # another task of this machine was faster
+            if isinstance(error, OSError) or not patience.look():
+                raise
+            time.sleep(_LOOKING_S)  # another one is at it
     return tuple(place / folder for folder in parcel.folders)
+
+
+def _lay_out(parcel: Parcel, place: Path) -> None:
+    with whole_folder(place) as folder:
+        for name in parcel.hollow:
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        for name, content in parcel.files.items():
+            if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
+                raise InfrastructureError(f"a parcel of files names '{name}'; expected places below its root")
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
 
 
 def _found(name: str, folders: Sequence[Path], spec: RunSpec) -> Path:

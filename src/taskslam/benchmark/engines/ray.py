@@ -11,6 +11,7 @@ import io
 import os
 import signal
 import tarfile
+import time
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
@@ -26,6 +27,7 @@ from taskslam.benchmark.run import finished_run, machine
 from taskslam.benchmark.sealing import salt_of
 from taskslam.benchmark.spec import BEHAVIOUR, RunSpec, run_folder
 from taskslam.errors import InfrastructureError, InputError, RecordError, TaskSlamError
+from taskslam.processes.patience import Patience
 from taskslam.processes.scratch import Scratch
 from taskslam.record import load_run
 from taskslam.record.place import is_plain, whole_folder
@@ -34,6 +36,7 @@ from taskslam.version import __version__
 
 _RETRIES = 5  # of a task whose machine or process is lost
 _LISTENING_S = 1.0  # between two looks at what has come
+_NOTICING_S = 30.0  # until a machine that is lost is known to be
 
 
 @dataclass(frozen=True)
@@ -175,9 +178,12 @@ def _about() -> tuple[str, str, int, str]:
 
 
 def _machines(ray: Any) -> list[str]:
-    """The processors of the cluster. Raises InputError: a machine without this taskslam."""
+    """The processors of the cluster. Raises InputError: a machine without this taskslam.
+
+    One that is lost before it has answered is none of the cluster any more.
+    """
     strategy = ray.util.scheduling_strategies.NodeAffinitySchedulingStrategy
-    nodes = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU")]
+    nodes = _alive(ray)
     asked = [
         ray.remote(_about)
         .options(num_cpus=0, scheduling_strategy=strategy(node["NodeID"], soft=False), max_retries=0)
@@ -189,6 +195,8 @@ def _machines(ray: Any) -> list[str]:
         try:
             name, version, behaviour, processor = ray.get(answer)
         except ray.exceptions.RayError as error:
+            if not isinstance(error, ray.exceptions.RayTaskError) and not _stays(ray, node):
+                continue
             why = " ".join(str(error).split())[-300:]
             raise InputError(f"{node['NodeManagerHostname']}: taskslam cannot be run there: {why}") from None
         if (version, behaviour) != (__version__, BEHAVIOUR):
@@ -197,6 +205,21 @@ def _machines(ray: Any) -> list[str]:
     if not processors:
         raise InfrastructureError("the Ray cluster has no machine with a processor")
     return list(dict.fromkeys(processors))
+
+
+def _alive(ray: Any) -> list[Any]:
+    """The machines that can drive."""
+    return [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU")]
+
+
+def _stays(ray: Any, node: Any) -> bool:
+    """Whether a machine that gave no answer is there all the same: Ray takes a while to find out that it is not."""
+    patience = Patience(_NOTICING_S)
+    while patience.look():
+        if node["NodeID"] not in {one["NodeID"] for one in _alive(ray)}:
+            return False
+        time.sleep(_LISTENING_S)
+    return True
 
 
 @contextmanager
