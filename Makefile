@@ -30,9 +30,12 @@ peers:
 	  $$SUDO apt-get install -y -qq --no-install-recommends $$(cat tests/ros/debian_packages.txt tests/benchmark/campaign/debian_packages.txt \
 	  tests/report/tables/debian_packages.txt); }
 
-torture: $(VENV)/.installed-dev
+torture: $(VENV)/.installed-dev peers
 	TASKSLAM_TORTURE=1 $(BIN)/python -m pytest tests/adversaries tests/ros/test_robot_tour.py
-	$(BIN)/python tools/torture.py --kills 200
+	$(BIN)/python tools/torture.py --kills 140
+	$(BIN)/python tools/torture.py --engine slurm --kills 30
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[ray]"
+	$(BIN)/python tools/torture.py --engine ray --kills 30
 
 # Campaigns on Slurm and on Ray, of which a machine is killed; ray is a large package, and starting it takes a minute.
 clusters: $(VENV)/.installed-dev

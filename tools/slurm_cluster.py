@@ -1,4 +1,7 @@
-"""Slurm on this one machine: Debian's munged, slurmctld and slurmd in a folder of their own, without systemd."""
+"""Slurm on this one machine: Debian's munged, slurmctld and slurmd in a folder of their own, without systemd.
+
+For tests and for `torture.py`.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import pytest
-
-PACKAGES = (Path(__file__).parent / "debian_packages.txt").read_text().split()
+PACKAGES = (Path(__file__).parents[1] / "tests/benchmark/campaign/debian_packages.txt").read_text().split()
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol")
 CONFIGURATION = """\
 ClusterName=one
@@ -88,8 +89,18 @@ class Cluster:
         node.kill()
         node.wait()
 
+    def take_for_dead(self) -> None:
+        """Declare the node down, so that what it was at is started again elsewhere: here, once it is back."""
+        self.ask("scontrol", "update", f"nodename={self.node}", "state=down", "reason=test")
+
+    def take_back(self) -> None:
+        """Start slurmd on the node that was taken for dead."""
+        self.start_node()
+        self.ask("scontrol", "update", f"nodename={self.node}", "state=resume", check=False)
+
     def ask(self, *command: str, check: bool = True) -> str:
-        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=60)
+        """What one of Slurm's commands says."""
+        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=60, check=False)
         assert not check or done.returncode == 0, f"{command}: {done.stderr}"
         return done.stdout
 
@@ -132,30 +143,30 @@ def find(program: str) -> str:
 
 
 def free_port() -> int:
+    """One that nobody listens on."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
 def wait_for(condition: Callable[[], object], seconds: float = 600.0) -> None:
+    """Until it holds. Raises AssertionError if it never does."""
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, "waited in vain"
         time.sleep(0.1)
 
 
+def missing() -> str:
+    """What keeps Slurm from being started here; empty if nothing does."""
+    if absent := [program for program in PROGRAMS if not find(program)]:
+        return f"needs {', '.join(absent)}: apt install --no-install-recommends {' '.join(PACKAGES)}"
+    return "" if os.geteuid() == 0 else "needs root, as which Slurm's daemons are started"
+
+
 @contextlib.contextmanager
 def slurm(folder: Path) -> Iterator[Cluster]:
-    """A cluster of one node. Skips where Debian's packages are missing, or without root; in CI they must be there."""
-    words = ""
-    if absent := [program for program in PROGRAMS if not find(program)]:
-        words = f"needs {', '.join(absent)}: apt install --no-install-recommends {' '.join(PACKAGES)}"
-    elif os.geteuid() != 0:
-        words = "needs root, as which Slurm's daemons are started"
-    if words and os.environ.get("CI") == "true":
-        pytest.fail(words)
-    elif words:
-        pytest.skip(words)
+    """A cluster of one node; its files are in a folder that exists."""
     cluster = Cluster(folder)
     try:
         cluster.start()

@@ -1,10 +1,13 @@
 """Kill a campaign with SIGKILL at random moments, again and again, and look whether anything is lost.
 
-    make torture                                  200 kills
+    make torture                                  200 kills: 140 on this machine, 30 on Slurm, 30 on Ray
     python tools/torture.py --kills 40 --seed 7
+    python tools/torture.py --engine slurm --kills 10 --small
 
-The campaign is driven undisturbed. Then it is started over and over, and one of its processes is killed each time: the
-driver, a worker, the process of a method, or all at once. After every start
+The campaign is driven undisturbed on this machine. Then it is started over and over on an engine, and up to three times
+a start some of its processes are killed (`tortured_engines.py`): the driver, a worker, the process of a method, or all
+at once; with Slurm also the process of a job, or slurmd, after which the node is taken for dead or is not; with Ray the
+process of a task, or a whole machine. After every start
 
 - a run that was finished before is there, and was not driven again;
 
@@ -20,12 +23,9 @@ driven again before the tables are compared. Exit status 1 if anything did not h
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
-import os
 import random
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -36,9 +36,10 @@ from pathlib import Path
 from typing import Any
 
 from taskslam.evaluation.run_index import index_runs
+from tortured_engines import Local, command_of, engine_of, kill
 
-ROOT = Path(__file__).parents[1]
-VICTIMS = {"driver": "cli.main", "worker": "engines.worker", "method": "guest.child"}
+MOST_KILLS = 3  # a start
+_LOOK_S = 0.2
 CLOCKS = {"wall_s", "compute_s", "real_time_factor", "method_peak_bytes", "own_peak_bytes", "method_cpu_s"}
 CLOCKS |= {"started_utc", "stamp_ns", "bytes"}
 WALLS = ((-3, 0, 0.2, 6), (3, 0, 0.2, 6), (0, -3, 6, 0.2), (0, 3, 6, 0.2))
@@ -59,9 +60,14 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0, help="of the moments and the victims")
     parser.add_argument("--small", action="store_true", help="two runs, which take seconds")
+    parser.add_argument("--engine", choices=("local", "slurm", "ray"), default="local")
     wanted = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="torture-") as folder:
-        torture = Torture(Path(folder), random.Random(wanted.seed), wanted.small)
+    dice = random.Random(wanted.seed)
+    with (
+        tempfile.TemporaryDirectory(prefix="torture-") as folder,
+        engine_of(wanted.engine, Path(folder), dice) as engine,
+    ):
+        torture = Torture(Path(folder), dice, wanted.small, engine)
         torture.run(wanted.kills)
     sys.stdout.write(torture.words())
     return 1 if torture.faults else 0
@@ -74,6 +80,7 @@ class Torture:
     folder: Path
     dice: random.Random
     small: bool
+    engine: Local
     kills: Counter[str] = field(default_factory=Counter)
     said: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
@@ -84,8 +91,11 @@ class Torture:
         for _ in range(2):  # the second time, all that is cached is there
             shutil.rmtree(self.folder / "calm", ignore_errors=True)
             began = time.monotonic()
-            if (status := self._start("calm").wait()) != 0:
-                self.faults.append(f"the undisturbed campaign ended with status {status}: {self._log()}")
+            here = Local(self.folder, self.dice)
+            status = here.start("run", "campaign.yaml", "--out", "calm", *here.options).wait()
+            failed = [json.loads(run.read_text())["stop_failures"] for run in finished(self.folder / "calm")]
+            if status != 0 or any(failed):
+                self.faults.append(f"the undisturbed campaign ended with status {status}, {failed}: {self._log()}")
                 return
             lasts = time.monotonic() - began
         expected = tables(self.folder / "calm")
@@ -110,19 +120,18 @@ class Torture:
             before = finished(out)
             journals = out.glob("*/*/without-map/.seed0.partial/journal.jsonl")
             self.said["runs gone on with"] += sum(b"round_ended" in journal.read_bytes() for journal in journals)
-            campaign = self._start("out")
-            killed = self.kills.total() < kills and self._kill(campaign, self.dice.uniform(0.0, lasts))
+            campaign = self.engine.start("run", "campaign.yaml", "--out", "out", *self.engine.options)
+            killed = self._disturb(campaign, kills, lasts)
             try:
-                status = campaign.wait(timeout=20 * lasts + 60)
+                status = self.engine.wait(campaign, killed)
             except subprocess.TimeoutExpired:
                 self.faults.append(f"the campaign did not end: {self._log()}")
-                os.killpg(campaign.pid, signal.SIGKILL)
-                status = campaign.wait()
+                return
             self._wait_for_the_dead()
             after = finished(out)
             self.said["starts"] += 1
             self.faults += [f"{run}: lost or driven twice" for run in before if before[run] != after.get(run)]
-            if status not in {0, 3, -signal.SIGKILL} or (status == 3 and not killed):
+            if status not in {0, 3} or (status == 3 and not killed):
                 self.faults.append(f"the campaign ended with status {status}: {self._log()}")
                 return
             if status == 0 and not self._remove_crashed(after):
@@ -131,26 +140,20 @@ class Torture:
                 sys.stderr.write(f"{self.kills.total()} of {kills} kills, {len(self.faults)} faults\n")
                 return
 
-    def _kill(self, campaign: subprocess.Popen[bytes], delay: float) -> bool:
-        """After a while, kill one of the campaign's processes; whether there was one."""
-        try:
-            campaign.wait(timeout=delay)
-        except subprocess.TimeoutExpired:
-            victim = self.dice.choice([*VICTIMS, "group"])
-            family = descendants(campaign.pid)
-            if victim == "group":
-                chosen = [campaign.pid, *family]
-            elif victim == "driver":
-                chosen = [campaign.pid]
-            else:
-                chosen = [pid for pid in family if VICTIMS[victim] in command_of(pid)]
-                chosen = [self.dice.choice(chosen)] if chosen else []
-            for pid in chosen:
-                kill(pid)
-            self.kills[victim] += bool(chosen)
-            sys.stderr.write(f"kill {self.kills.total()}: {victim}\n" if chosen else "")
-            return bool(chosen)
-        return False
+    def _disturb(self, campaign: subprocess.Popen[bytes], kills: int, lasts: float) -> bool:
+        """Once or several times, after a while, kill some of the campaign's processes; whether there were any."""
+        before = self.kills.total()
+        for _ in range(min(self.dice.randint(1, MOST_KILLS), kills - before)):
+            until = time.monotonic() + self.dice.uniform(0.0, lasts)
+            while time.monotonic() < until and not self.engine.is_over(campaign):
+                time.sleep(_LOOK_S)
+            if self.engine.is_over(campaign):
+                break
+            victims = self.dice.sample(self.engine.victims, len(self.engine.victims))
+            if victim := next(filter(self.engine.kill, victims), ""):  # the first of which there is one
+                self.kills[victim] += 1
+                sys.stderr.write(f"kill {self.kills.total()}: {victim}\n")
+        return self.kills.total() > before
 
     def _remove_crashed(self, runs: dict[Path, int]) -> bool:
         """Remove the runs whose method was killed, which is a result; whether there were any."""
@@ -172,31 +175,13 @@ class Torture:
     def _wait_for_the_dead(self) -> None:
         """The kernel ends what a killed process leaves behind; it may take a moment."""
         deadline = time.monotonic() + 60  # of a machine that has other work
-        mark = str(self.folder).encode()
         while time.monotonic() < deadline:
-            left = [pid for pid in pids() if mark in environment_of(pid)]
-            if not left:
+            if not (left := self.engine.processes()):
                 return
-            time.sleep(0.02)
+            time.sleep(_LOOK_S)
         self.faults.append(f"processes outlived their campaign: {[command_of(pid) for pid in left]}")
         for pid in left:
             kill(pid)
-
-    def _start(self, out: str) -> subprocess.Popen[bytes]:
-        command = [
-            sys.executable,
-            "-c",
-            "from taskslam.cli.main import main; main()",
-            "campaign",
-            "run",
-            "campaign.yaml",
-        ]
-        command += ["--jobs", "2", "--out", out]
-        environment = {**os.environ, "TMPDIR": str(self.folder / "scratch"), "PYTHONPATH": str(ROOT / "src")}
-        with (self.folder / "log").open("wb") as log:
-            return subprocess.Popen(
-                command, stdout=log, stderr=log, cwd=self.folder, env=environment, start_new_session=True
-            )
 
     def _log(self) -> str:
         return (self.folder / "log").read_text(errors="replace")
@@ -214,7 +199,7 @@ class Torture:
         for name, x in places.items():
             (self.folder / f"{name}.yaml").write_text(TOUR.format(name=name, x=x, world=world))
         tours = ", ".join(str(self.folder / f"{name}.yaml") for name in places)
-        methods = "[karto]" if self.small else "[karto, wheel_odometry]"
+        methods = "[wheel_odometry]" if self.small else "[karto, wheel_odometry]"
         campaign = f"name: tortured\nscenarios: [{tours}]\nmethods: {methods}\nseeds: [0]\nrounds: 4\n"
         (self.folder / "campaign.yaml").write_text(campaign)
 
@@ -250,47 +235,6 @@ def _timeless(said: Any) -> Any:
     if isinstance(said, dict):
         return {key: _timeless(value) for key, value in said.items() if key not in CLOCKS}
     return [_timeless(one) for one in said] if isinstance(said, list) else said
-
-
-def pids() -> list[int]:
-    """Of all processes."""
-    return [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
-
-
-def descendants(pid: int) -> list[int]:
-    """Children of a process, theirs, and so on."""
-    parents: dict[int, list[int]] = {}
-    for one in pids():
-        stat = _read(one, "stat")
-        if b") " in stat:
-            parents.setdefault(int(stat.rpartition(b") ")[2].split()[1]), []).append(one)
-    found = [pid]
-    for one in found:
-        found += parents.get(one, [])
-    return found[1:]
-
-
-def command_of(pid: int) -> str:
-    """Its command line; empty if it is gone."""
-    return _read(pid, "cmdline").replace(b"\0", b" ").decode(errors="replace")
-
-
-def environment_of(pid: int) -> bytes:
-    """Its environment, if it may be seen."""
-    return _read(pid, "environ") if pid != os.getpid() else b""
-
-
-def kill(pid: int) -> None:
-    """At once, if it is still there."""
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(pid, signal.SIGKILL)
-
-
-def _read(pid: int, name: str) -> bytes:
-    try:
-        return Path(f"/proc/{pid}/{name}").read_bytes()
-    except OSError:
-        return b""
 
 
 if __name__ == "__main__":

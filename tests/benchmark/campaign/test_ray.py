@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from benchmark.campaign.conftest import recorded
+from ray_cluster import add_machine, lose_machine, ray_cluster
 from taskslam.benchmark.campaign.campaign_file import load_campaign
 from taskslam.benchmark.campaign.planning import plan
 from taskslam.benchmark.engine import Ending, Watcher
@@ -28,20 +29,11 @@ MARK = "taskslam-ray-*"
 
 
 @pytest.fixture
-def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+def cluster() -> Iterator[Any]:
     if os.environ.get("TASKSLAM_CLUSTERS") != "1":
         pytest.skip("takes a minute, and an installed ray: make clusters")
-    from ray.cluster_utils import Cluster
-
-    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
-    monkeypatch.setenv("RAY_worker_niceness", "0")  # a busy machine would starve them
-    nothing = {"object_store_memory": 80 << 20, "include_dashboard": False}
-    soon = {"health_check_period_ms": 300, "health_check_failure_threshold": 3, "health_check_initial_delay_ms": 0}
-    started = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "_system_config": soon, **nothing})
-    try:
+    with ray_cluster() as started:
         yield started
-    finally:
-        started.shutdown()
 
 
 def test_a_machine_that_is_lost_costs_no_run(
@@ -49,14 +41,14 @@ def test_a_machine_that_is_lost_costs_no_run(
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", None)
     planned = plan(load_campaign(str(write_campaign("seeds: [0, 1]", rounds=3))))
-    doomed, _ = (cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=80 << 20) for _ in range(2))
+    doomed, _ = (add_machine(cluster) for _ in range(2))
     scratch = Path(tempfile.gettempdir())
 
     def kill_when_both_drive() -> None:
         deadline = time.monotonic() + 120
         while len(list(scratch.glob(f"{MARK}/**/journal.jsonl"))) < 2 and time.monotonic() < deadline:
             time.sleep(0.05)
-        cluster.remove_node(doomed, allow_graceful=False)
+        lose_machine(cluster, doomed)
 
     killer = Thread(target=kill_when_both_drive)
     killer.start()
