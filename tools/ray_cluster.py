@@ -10,6 +10,7 @@ from unittest import mock
 
 _STORE = 80 << 20  # bytes of an object store, the smallest that Ray takes
 _SURROUNDINGS = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_worker_niceness": "0"}  # or a busy machine would starve workers
+_TRIES = 5  # to start a machine, where ours has other work
 _NOTICES_SOON = {
     "health_check_period_ms": 300,
     "health_check_failure_threshold": 10,
@@ -33,6 +34,9 @@ def ray_cluster() -> Iterator[Any]:
 
 def add_machine(cluster: Any) -> Any:
     """One more, of one core; what `lose_machine` takes."""
+    for _ in range(_TRIES - 1):
+        with contextlib.suppress(Exception):  # "The current node timed out during startup", after 30 s of Ray's own
+            return cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=_STORE)
     return cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=_STORE)
 
 

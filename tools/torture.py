@@ -75,12 +75,13 @@ def main() -> int:
 
 @dataclass
 class Torture:
-    """A torture in a folder of its own, and what it has found."""
+    """A torture in a folder of its own, and what it has found. lasts: s that a start takes which nobody disturbs."""
 
     folder: Path
     dice: random.Random
     small: bool
     engine: Local
+    lasts: float = 0.0
     kills: Counter[str] = field(default_factory=Counter)
     said: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
@@ -88,19 +89,17 @@ class Torture:
     def run(self, kills: int) -> None:
         """Kill so often."""
         self._write_campaign()
-        for _ in range(2):  # the second time, all that is cached is there
-            shutil.rmtree(self.folder / "calm", ignore_errors=True)
-            began = time.monotonic()
-            here = Local(self.folder, self.dice)
-            status = here.start("run", "campaign.yaml", "--out", "calm", *here.options).wait()
-            failed = [json.loads(run.read_text())["stop_failures"] for run in finished(self.folder / "calm")]
-            if status != 0 or any(failed):
-                self.faults.append(f"the undisturbed campaign ended with status {status}, {failed}: {self._log()}")
-                return
-            lasts = time.monotonic() - began
+        began = time.monotonic()
+        here = Local(self.folder, self.dice)
+        status = here.start("run", "campaign.yaml", "--out", "calm", *here.options).wait()
+        self.lasts = time.monotonic() - began
+        failed = [json.loads(run.read_text())["stop_failures"] for run in finished(self.folder / "calm")]
+        if status != 0 or any(failed):
+            self.faults.append(f"the undisturbed campaign ended with status {status}, {failed}: {self._log()}")
+            return
         expected = tables(self.folder / "calm")
         while self.kills.total() < kills:
-            self._drive_to_the_end(kills, lasts)
+            self._drive_to_the_end(kills)
             self._look_for_litter()
             for place in differences(expected, tables(self.folder / "out")):
                 self.faults.append(f"campaign {self.said['campaigns']}: {place}")
@@ -113,20 +112,23 @@ class Torture:
         faults = "".join(f"FAULT: {fault}\n" for fault in self.faults) or "Nothing was lost.\n"
         return f"{self.kills.total()} kills: {killed}\n{counts}\n{faults}"
 
-    def _drive_to_the_end(self, kills: int, lasts: float) -> None:
+    def _drive_to_the_end(self, kills: int) -> None:
         """Start the campaign, and disturb it, until it says that all is driven."""
         out = self.folder / "out"
         while True:
             before = finished(out)
             journals = out.glob("*/*/without-map/.seed0.partial/journal.jsonl")
             self.said["runs gone on with"] += sum(b"round_ended" in journal.read_bytes() for journal in journals)
+            began = time.monotonic()
             campaign = self.engine.start("run", "campaign.yaml", "--out", "out", *self.engine.options)
-            killed = self._disturb(campaign, kills, lasts)
+            killed = self._disturb(campaign, kills)
             try:
                 status = self.engine.wait(campaign, killed)
             except subprocess.TimeoutExpired:
                 self.faults.append(f"the campaign did not end: {self._log()}")
                 return
+            if not killed:
+                self.lasts = min(self.lasts, time.monotonic() - began)
             self._wait_for_the_dead()
             after = finished(out)
             self.said["starts"] += 1
@@ -140,11 +142,11 @@ class Torture:
                 sys.stderr.write(f"{self.kills.total()} of {kills} kills, {len(self.faults)} faults\n")
                 return
 
-    def _disturb(self, campaign: subprocess.Popen[bytes], kills: int, lasts: float) -> bool:
+    def _disturb(self, campaign: subprocess.Popen[bytes], kills: int) -> bool:
         """Once or several times, after a while, kill some of the campaign's processes; whether there were any."""
         before = self.kills.total()
         for _ in range(min(self.dice.randint(1, MOST_KILLS), kills - before)):
-            until = time.monotonic() + self.dice.uniform(0.0, lasts)
+            until = time.monotonic() + self.dice.uniform(0.0, self.lasts)
             while time.monotonic() < until and not self.engine.is_over(campaign):
                 time.sleep(_LOOK_S)
             if self.engine.is_over(campaign):
