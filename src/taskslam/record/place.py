@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from taskslam.errors import RecordError
+from taskslam.errors import DiskFullError, RecordError
 from taskslam.files import remove, sync_folder, writing
 from taskslam.reading import LARGEST_MANIFEST, read_bytes
 from taskslam.record.digests import changed_files
@@ -88,7 +88,7 @@ def settle(directory: Path) -> None:
         finally:
             lock.release()
     elif lock_file(directory).exists():
-        with contextlib.suppress(RecordError):  # somebody holds it, who will remove it
+        with contextlib.suppress(RecordError, DiskFullError):  # somebody holds it, or nothing can be removed here
             RunLock(directory).release()
 
 
